@@ -1,0 +1,73 @@
+#pragma once
+
+/// \file
+/// A body that moves by explicit steps: owns its state in the layout that the kernels like best.
+
+#include "hybmss/force_plan.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace hybmss {
+
+/// What acts on every node in one step, besides the internal forces.
+struct StepParameters {
+    double time_step = 0;                          ///< s, > 0
+    std::array<double, 3> acceleration = {0, 0, 0}; ///< gravity, m/s^2
+    double mass_damping = 0;                       ///< c in 1/s, >= 0: the force -c m v, taken implicitly
+};
+
+/// A node whose displacement and velocity are given, along the named axes only; the other axes stay free.
+struct PrescribedNode {
+    std::uint32_t node = 0;
+    std::uint8_t axes = 7; ///< bit 0: x, bit 1: y, bit 2: z
+    std::array<double, 3> displacement = {0, 0, 0};
+    std::array<double, 3> velocity = {0, 0, 0};
+};
+
+/// Semi-implicit (symplectic) Euler: v <- (v + dt (f/m + g)) / (1 + dt c), then u <- u + dt v. T is float or double.
+///
+/// Nodes are numbered as in the body. Not for concurrent use of one object. Results are bit-identical for any number of
+/// threads. Construction throws as ForcePlan does. The body starts at rest: u = v = 0.
+template <class T>
+class ExplicitDynamics {
+public:
+    ExplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options = {});
+    explicit ExplicitDynamics(const Network& network, const PlanOptions& options = {});
+    ExplicitDynamics(ExplicitDynamics&&) noexcept;
+    ExplicitDynamics& operator=(ExplicitDynamics&&) noexcept;
+    ~ExplicitDynamics();
+
+    std::size_t node_count() const;
+
+    /// Replaces the list of prescribed nodes; their state is set at once, and again after every step.
+    void prescribe(std::span<const PrescribedNode> nodes);
+
+    /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, or a negative damping.
+    void step(const StepParameters& parameters, long count = 1);
+
+    void get_displacements(VectorField<T> out) const;
+    void get_velocities(VectorField<T> out) const;
+    void set_displacements(VectorField<const T> in);
+    void set_velocities(VectorField<const T> in);
+    /// Sets (not adds) the internal forces at the present displacements.
+    void get_forces(VectorField<T> out) const;
+    /// Nodal masses, kg, one a node.
+    std::span<const double> masses() const;
+
+    PotentialEnergy potential_energy() const;
+    double kinetic_energy() const;
+    double critical_time_step() const;
+    PlanDescription describe() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+extern template class ExplicitDynamics<float>;
+extern template class ExplicitDynamics<double>;
+
+} // namespace hybmss

@@ -1,0 +1,60 @@
+#pragma once
+
+/// \file
+/// Forces and energies of a body over caller-owned memory.
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+#include "hybmss/network.hpp"
+#include "hybmss/plan_options.hpp"
+#include "hybmss/vector_field.hpp"
+
+#include <memory>
+
+namespace hybmss {
+
+/// Potential energies in J.
+struct PotentialEnergy {
+    double springs = 0;
+    double volume = 0;
+    double total() const { return springs + volume; }
+};
+
+/// A body prepared for one machine: layout, kernel, tiles and threads are chosen once, here. T is float or double.
+///
+/// Immutable once made: any number of threads may execute one plan at the same time. Results are bit-identical for any
+/// number of threads. Construction throws std::invalid_argument with the name, the value and the allowed range.
+template <class T>
+class ForcePlan {
+public:
+    ForcePlan(const Lattice& lattice, const Material& material, const PlanOptions& options = {});
+    explicit ForcePlan(const Network& network, const PlanOptions& options = {});
+    ForcePlan(ForcePlan&&) noexcept;
+    ForcePlan& operator=(ForcePlan&&) noexcept;
+    ~ForcePlan();
+
+    std::size_t node_count() const;
+
+    /// Adds to `force` (N) the internal force at the displacements u = x - X (m). Both fields have node_count() nodes in
+    /// the body's node order; they must not overlap. Throws std::invalid_argument where a size differs.
+    void add_forces(VectorField<const T> displacement, VectorField<T> force) const;
+
+    /// The energy (J) at the displacements, summed in double.
+    PotentialEnergy energy(VectorField<const T> displacement) const;
+
+    /// A guaranteed lower bound (s) of the largest stable step of the semi-implicit Euler method near rest: 2 / sqrt of
+    /// an upper bound of the largest eigenvalue of M^-1 K, by the largest one of a single cell (lattice) or by row sums
+    /// (network).
+    double critical_time_step() const;
+
+    PlanDescription describe() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+extern template class ForcePlan<float>;
+extern template class ForcePlan<double>;
+
+} // namespace hybmss

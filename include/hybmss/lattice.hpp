@@ -1,0 +1,65 @@
+#pragma once
+
+/// \file
+/// A body of cubic cells of one grid. Boxes, voxel bodies, cuts and mixed materials are all arrays of cell scales.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hybmss {
+
+/// How many springs of each kind.
+struct SpringCounts {
+    std::size_t edges = 0;
+    std::size_t face_diagonals = 0;
+    std::size_t cube_diagonals = 0;
+    std::size_t total() const { return edges + face_diagonals + cube_diagonals; }
+};
+
+/// nx * ny * nz cubic cells of one edge length, each with a stiffness scale (0 = no cell, 1 = the material as given).
+///
+/// Index order everywhere: x fastest, then y, then z. Grid nodes are the (nx+1)(ny+1)(nz+1) corners; the body's nodes
+/// are those of them that touch a cell, numbered in the same order. A box has all of them.
+class Lattice {
+public:
+    /// A full box. Throws std::invalid_argument unless all counts are >= 1 and cell_size is finite and > 0.
+    static Lattice box(int nx, int ny, int nz, double cell_size);
+
+    /// Cells with the given scales (nx * ny * nz values, finite and >= 0).
+    static Lattice from_cells(int nx, int ny, int nz, double cell_size, std::vector<float> scales);
+
+    const std::array<int, 3>& cells() const { return cells_; }
+    double cell_size() const { return cell_size_; }
+    std::span<const float> cell_scales() const { return scales_; }
+    std::size_t cell_index(int i, int j, int k) const;
+    float cell_scale(int i, int j, int k) const { return scales_[cell_index(i, j, k)]; }
+    void set_cell_scale(int i, int j, int k, float scale);
+    /// Sets the scale of each listed cell to zero.
+    void remove_cells(std::span<const std::array<int, 3>> cells);
+
+    std::size_t grid_node_count() const;
+    std::size_t grid_node_index(int i, int j, int k) const;
+    /// The grid indices of the body's nodes, ascending: entry n is the grid index of node n. O(cells).
+    std::vector<std::uint32_t> nodes() const;
+    /// Rest position in m of a grid node; the grid's low corner is the origin.
+    std::array<double, 3> rest_position(std::size_t grid_node) const;
+
+    /// Cells with a scale above zero. O(cells), like the counts below.
+    std::size_t cell_count() const;
+    /// Springs after merging those that neighbouring cells share; face diagonals counted only where `face_diagonals`.
+    SpringCounts merged_springs(bool face_diagonals = true) const;
+    /// Springs as the paper's Table 6 counts them: edges merged, 12 face diagonals a cell.
+    SpringCounts unmerged_springs(bool face_diagonals = true) const;
+
+private:
+    Lattice(std::array<int, 3> cells, double cell_size, std::vector<float> scales);
+
+    std::array<int, 3> cells_;
+    double cell_size_;
+    std::vector<float> scales_;
+};
+
+} // namespace hybmss

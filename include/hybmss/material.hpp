@@ -1,0 +1,47 @@
+#pragma once
+
+/// \file
+/// An isotropic material and the constants that follow from it.
+
+namespace hybmss {
+
+/// Which function phi(J) of the cell volume ratio J the volume energy kappa V0 phi(J) uses.
+enum class VolumeEnergy {
+    automatic,    ///< quadratic where kappa >= 0, mean_stretch where kappa < 0
+    quadratic,    ///< phi = (J - 1)^2 / 2, the energy of Golec et al. (5.1)
+    mean_stretch, ///< phi = 9/2 (cbrt(J) - 1)^2, continued linearly below J = 1/8
+    none          ///< springs only (the paper's HybMSS-CF)
+};
+
+/// An isotropic elastic material, SI units.
+struct Material {
+    double young_modulus = 1e4;       ///< E in Pa, > 0
+    double poisson_ratio = 0.25;      ///< nu, in (-1, 1/2)
+    double density = 1000.0;          ///< kg/m^3, > 0
+    double face_diagonal_ratio = 1.0; ///< A = k_f / k_c >= 0; 0 leaves the face diagonals out (HybMSS-FD)
+    VolumeEnergy volume_energy = VolumeEnergy::automatic;
+};
+
+/// The stiffness of each kind of spring in the inside of a lattice, N/m. Golec et al. (5.12).
+struct SpringConstants {
+    double edge;          ///< k_e; one cell's share is k_e / 4
+    double face_diagonal; ///< k_f; one cell's share is k_f / 2
+    double cube_diagonal; ///< k_c
+};
+
+/// Throws std::invalid_argument that names the value and its allowed range.
+void validate(const Material& material);
+
+/// G = E / (2 (1 + nu)), Pa.
+double shear_modulus(const Material& material);
+
+/// kappa = G (4 nu - 1) / (1 - 2 nu), Pa: the bulk modulus that the springs lack; zero at nu = 1/4.
+double volume_modulus(const Material& material);
+
+/// (5.12) for cells of the edge `cell_size` in m.
+SpringConstants spring_constants(const Material& material, double cell_size);
+
+/// What `automatic` means for this material: quadratic, mean_stretch, or none where kappa is zero.
+VolumeEnergy resolved_volume_energy(const Material& material);
+
+} // namespace hybmss

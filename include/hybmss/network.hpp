@@ -1,0 +1,41 @@
+#pragma once
+
+/// \file
+/// A body of explicit springs and explicit hexahedral cells: any assembly of cells, any extra spring.
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace hybmss {
+
+/// Explicit springs, cells and nodal masses, made from a lattice or filled by hand.
+struct Network {
+    struct Spring {
+        std::int32_t a, b;                 ///< node indices, a != b
+        double stiffness;                  ///< N/m, >= 0
+        std::array<double, 3> rest_vector; ///< X_b - X_a in m; its length is the rest length, > 0
+    };
+    /// A hexahedron whose volume is a . (b x c), a, b, c the means of its four parallel edges (5.13, 5.14).
+    struct Cell {
+        std::array<std::int32_t, 8> nodes; ///< bit 0 of the corner number: high side in x, bit 1: y, bit 2: z
+        double kappa;                      ///< Pa; energy kappa V0 phi(V'/V0), V0 > 0 from the rest positions
+    };
+
+    std::vector<std::array<double, 3>> rest_positions; ///< m, one a node
+    std::vector<double> masses;                        ///< kg, one a node, > 0
+    std::vector<Spring> springs;
+    std::vector<Cell> cells;
+    VolumeEnergy volume_energy = VolumeEnergy::quadratic; ///< quadratic or mean_stretch, for all cells
+
+    /// The lattice's body with shared springs merged; nodes in the lattice's order, springs with zero stiffness left out.
+    static Network from_lattice(const Lattice& lattice, const Material& material);
+};
+
+/// Throws std::invalid_argument that names the entry, the value and what is allowed.
+void validate(const Network& network);
+
+} // namespace hybmss

@@ -1,0 +1,155 @@
+#pragma once
+
+/// \file
+/// A scene: one body, what holds, moves and loads it, and how it is solved. Plain data; read from TOML or filled by
+/// hand.
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace hybmss {
+
+/// What is wrong with a scene, in one line: `FILE:LINE:COLUMN: key = value: what is allowed`.
+class SceneError : public std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A face of the bounding box of the body's nodes.
+struct FaceRegion {
+    int axis = 0;      ///< 0: x, 1: y, 2: z
+    bool high = false; ///< the high side
+};
+/// The nodes inside an axis-aligned box, its surface included; m.
+struct BoxRegion {
+    std::array<double, 3> low = {0, 0, 0}, high = {0, 0, 0};
+};
+/// The nodes inside a sphere, its surface included; m.
+struct SphereRegion {
+    std::array<double, 3> center = {0, 0, 0};
+    double radius = 0;
+};
+/// One node by its index in the body's node order.
+struct NodeRegion {
+    std::int64_t node = 0;
+};
+/// Which nodes something acts on, at rest.
+using Region = std::variant<FaceRegion, BoxRegion, SphereRegion, NodeRegion>;
+
+/// Bit 0: x, bit 1: y, bit 2: z.
+using AxisSet = std::uint8_t;
+inline constexpr AxisSet kAllAxes = 7;
+
+/// A box of cubic cells whose low corner is the origin.
+struct Body {
+    std::array<std::int64_t, 3> cells = {1, 1, 1};
+    double cell_size = 1; ///< m
+};
+
+/// Nodes that stay where they are along the named axes.
+struct Fix {
+    Region where;
+    AxisSet axes = kAllAxes;
+};
+
+/// A turn about the axis through the rest centroid of the moved nodes.
+struct Rotation {
+    int axis = 1; ///< 0: x, 1: y, 2: z
+    double degrees = 0;
+};
+
+/// Nodes that are led from rest to a final position, along the named axes.
+struct Move {
+    Region where;
+    AxisSet axes = kAllAxes;
+    std::variant<std::array<double, 3>, Rotation> motion; ///< a translation in m, or a rotation
+    double over = 1;                                      ///< s from rest to the final position; 0: at once
+};
+
+struct Gravity {
+    std::array<double, 3> acceleration = {0, 0, 0}; ///< m/s^2
+};
+
+struct Damping {
+    double mass = 0; ///< c in 1/s: the force -c m v on every node
+};
+
+/// A named region whose support force and displacement are reported.
+struct Probe {
+    std::string name;
+    Region where;
+};
+
+enum class SolverMethod { symplectic_euler };
+
+struct Solver {
+    SolverMethod method = SolverMethod::symplectic_euler;
+    std::optional<double> time_step; ///< s; by default a fraction of the stable one
+    double duration = 0;             ///< s, > 0
+    std::optional<double> tolerance; ///< relative; given: the run ends when the body has settled
+};
+
+struct Output {
+    std::optional<double> every; ///< s between results; by default only the first and the last state are written
+};
+
+/// Where a scene's keys stood in its file, so that errors found later can name the line.
+struct SceneSource {
+    struct Entry {
+        unsigned line = 0, column = 0;
+        std::string value; ///< as written
+    };
+    std::string file;                     ///< "" for a scene that was not read from a text
+    std::map<std::string, Entry> entries; ///< by path: "material.density", "fix[1].where"
+};
+
+struct Scene {
+    Body body;
+    Material material;
+    std::vector<Fix> fixes;
+    std::vector<Move> moves;
+    Gravity gravity;
+    Damping damping;
+    std::vector<Probe> probes;
+    Solver solver;
+    Output output;
+    SceneSource source;
+};
+
+/// Reads a scene from TOML text; `filename` is for messages alone. Throws SceneError.
+Scene parse_scene(std::string_view text, const std::string& filename);
+
+/// Reads a scene file. Throws SceneError, also where the file cannot be read.
+Scene load_scene(const std::string& path);
+
+/// The error "`path` = value: `reason`" with the file and line where the key stood, as far as the scene knows them.
+SceneError scene_error(const Scene& scene, const std::string& path, const std::string& reason);
+
+/// One key of the scene format, as the parser, its messages and the documentation know it.
+struct SceneKey {
+    std::string_view table; ///< "material"; "fix" for [[fix]]; "where" and "where.sphere" for inline tables
+    std::string_view name;
+    std::string_view type;
+    std::string_view unit;          ///< "" where there is none
+    std::string_view allowed;       ///< what a value must be
+    std::string_view default_value; ///< "required" where there is none
+    std::string_view meaning;
+};
+
+/// Every key there is. The parser knows no other.
+std::span<const SceneKey> scene_keys();
+
+/// The keys as Markdown tables, as docs/scenes.md holds them.
+std::string scene_keys_markdown();
+
+} // namespace hybmss

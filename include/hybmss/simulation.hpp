@@ -1,0 +1,131 @@
+#pragma once
+
+/// \file
+/// Runs a scene: holds and moves what it says, steps the body, tells when it has settled, and measures.
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/scene.hpp"
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hybmss {
+
+enum class Precision { float32, float64 };
+
+/// "float" or "double".
+std::string_view name(Precision precision);
+
+/// The inverse of name(). Throws std::invalid_argument that lists the names.
+Precision parse_precision(std::string_view text);
+
+struct SimulationOptions {
+    Precision precision = Precision::float64;
+    PlanOptions plan; ///< instruction set, layout, threads
+};
+
+/// Energies in J.
+struct Energies {
+    double springs = 0, volume = 0, kinetic = 0;
+    double external = 0; ///< potential of gravity, zero at rest: -sum m g.u
+};
+
+/// What a probe reads. Force and torque are those that the support or the moving plate exerts on the body.
+struct ProbeReading {
+    std::string name;
+    std::array<double, 3> force = {0, 0, 0};             ///< N
+    std::array<double, 3> torque = {0, 0, 0};            ///< N m, about the region's rest centroid
+    std::array<double, 3> mean_displacement = {0, 0, 0}; ///< m, over the region's nodes
+    double max_displacement = 0;                         ///< m, largest length over the region's nodes
+};
+
+/// How far the body is from rest.
+struct Settlement {
+    double residual = 0;      ///< largest unbalanced force on a free axis over the largest support force or weight
+    double kinetic_ratio = 0; ///< sqrt(kinetic / potential energy): amplitude of the motion over the deformation
+    bool settled = false;     ///< both are at most the tolerance, and every prescribed motion has ended
+};
+
+/// Cell volumes V' = a . (b x c) against their rest volume, over all cells.
+struct VolumeChange {
+    double relative_volume_change = 0; ///< |sum V' - sum V| / sum V
+    double min_cell_volume_ratio = 1, max_cell_volume_ratio = 1;
+};
+
+struct Progress {
+    long step = 0, steps = 0; ///< taken, and planned at most
+    double time = 0;          ///< s
+    double wall_seconds = 0;
+    Energies energies;
+    Settlement settlement;
+};
+
+/// What a run calls back; each may be empty.
+struct RunCallbacks {
+    std::function<void(const Progress&)> progress; ///< at every check of the state
+    std::function<void()> output;                  ///< at time 0, then every `output.every`, and at the end
+};
+
+/// What came of a run.
+struct Summary {
+    bool converged = false;
+    std::string failure; ///< why the run stopped early or is no success; "" where all is well
+    VolumeChange volume;
+    Energies energies;
+    std::vector<ProbeReading> probes;
+    long steps = 0;
+    double time = 0, time_step = 0, critical_time_step = 0; ///< s
+    Settlement settlement;
+    double wall_seconds = 0;
+    PlanDescription plan;
+};
+
+/// One scene in the course of time. Not for concurrent use.
+class Simulation {
+public:
+    /// Checks everything that the parser cannot know (empty regions, contradictory supports, the stable time step,
+    /// memory). Throws SceneError, or std::invalid_argument for options that the machine or the plan cannot meet.
+    explicit Simulation(Scene scene, const SimulationOptions& options = {});
+    Simulation(Simulation&&) noexcept;
+    Simulation& operator=(Simulation&&) noexcept;
+    ~Simulation();
+
+    const Scene& scene() const;
+    const Lattice& lattice() const;
+    std::size_t node_count() const;
+    long steps() const;
+    double time() const;
+    double time_step() const;
+    double critical_time_step() const;
+    PlanDescription describe() const;
+    /// Nodes held along at least one axis: by fixes, and by moves.
+    std::size_t fixed_node_count() const;
+    std::size_t moved_node_count() const;
+
+    /// Takes `count` steps, whatever the duration says.
+    void step(long count = 1);
+
+    /// Runs to the duration, or until settled where the scene gives a tolerance. Stops at a state that is not finite,
+    /// with the last good state restored and Summary::failure set.
+    Summary run(const RunCallbacks& callbacks = {});
+
+    /// One vector a node, in the body's node order; m and m/s.
+    std::vector<std::array<double, 3>> displacements() const;
+    std::vector<std::array<double, 3>> velocities() const;
+    Energies energies() const;
+    std::vector<ProbeReading> probes() const;
+    VolumeChange volume_change() const;
+    /// The settled test with the scene's tolerance, or 1e-4 where it gives none.
+    Settlement settlement() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace hybmss

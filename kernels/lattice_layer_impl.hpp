@@ -1,0 +1,177 @@
+#pragma once
+
+#include "kernels/lattice_cell.hpp"
+
+namespace hybmss::kernels {
+namespace {
+
+/// Displacements of a row of node vectors, and of their neighbours one further in x.
+template <class V, class T>
+HYBMSS_INLINE void load_row(const LatticeLayer<T>& layer, std::ptrdiff_t n, Vector3<V>& low, Vector3<V>& high) {
+    low = {load_lanes<V>(layer.displacement[0] + n), load_lanes<V>(layer.displacement[1] + n), load_lanes<V>(layer.displacement[2] + n)};
+    high = {load_lanes<V>(layer.displacement[0] + n + 1), load_lanes<V>(layer.displacement[1] + n + 1),
+            load_lanes<V>(layer.displacement[2] + n + 1)};
+}
+
+/// The force that a row of nodes gets from the corners on both its sides: the low corners of the cells at it, and, one lane
+/// further, the high corners. Merged in registers, because two overlapping read-modify-writes stall on store forwarding.
+template <class V>
+HYBMSS_INLINE Vector3<V> merge_columns(const Vector3<V>& low, const Vector3<V>& high, Vector3<V>& carry) {
+    const Vector3<V> sum = {low.x + shift_in(carry.x, high.x), low.y + shift_in(carry.y, high.y),
+                            low.z + shift_in(carry.z, high.z)};
+    carry = high;
+    return sum;
+}
+
+template <class V, class T>
+HYBMSS_INLINE Vector3<V> load_force(T* const (&force)[3], std::ptrdiff_t n) {
+    return {load_lanes<V>(force[0] + n), load_lanes<V>(force[1] + n), load_lanes<V>(force[2] + n)};
+}
+template <class V, class T>
+HYBMSS_INLINE void store_force(T* const (&force)[3], std::ptrdiff_t n, const Vector3<V>& f) {
+    store_lanes(force[0] + n, f.x);
+    store_lanes(force[1] + n, f.y);
+    store_lanes(force[2] + n, f.z);
+}
+
+/// v <- (v + dt (f/m + g)) / (1 + dt c), u <- u + dt v
+template <bool driven, class V, class T>
+HYBMSS_INLINE void integrate_nodes(T* const (&displacement)[3], T* const (&velocity)[3], const T* inverse_mass,
+                                   const StepConstants<T>& step, std::ptrdiff_t n, const Vector3<V>& force) {
+    const V mass = load_lanes<V>(inverse_mass + n);
+    const V mobility = mass * splat<V>(step.force_factor);
+    const V f[3] = {force.x, force.y, force.z};
+    for (int c = 0; c < 3; ++c) {
+        V v = load_lanes<V>(velocity[c] + n);
+        if constexpr (driven) {
+            // Void nodes (inverse mass 0) must not fall.
+            v = multiply_add(v, splat<V>(step.velocity_factor),
+                             one_where_positive(mass) * splat<V>(step.velocity_gain[c]));
+        }
+        v = multiply_add(f[c], mobility, v);
+        store_lanes(velocity[c] + n, v);
+        store_lanes(displacement[c] + n, multiply_add(splat<V>(step.time_step), v, load_lanes<V>(displacement[c] + n)));
+    }
+}
+
+template <Finish finish, class V, class T>
+HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, const Vector3<V>& force) {
+    if constexpr (finish == Finish::store) {
+        store_force(layer.partial, n, force);
+    } else {
+        integrate_nodes<finish == Finish::integrate_driven>(layer.displacement, layer.velocity, layer.inverse_mass,
+                                                            layer.step, n, force);
+    }
+}
+
+/// One layer of cells: adds to `partial`, finishes its nodes, sets `above`.
+///
+/// A node is used only by cells at or before it, so the nodes of a vector are finished, and may be integrated in place, as
+/// soon as the sweep has passed. The upper rows are written before the lower ones are read: with rows shorter than a vector
+/// they overlap.
+template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
+void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
+    using T = Scalar<V>;
+    const V zero = splat<V>(0);
+    const std::ptrdiff_t row = layer.row, plane = layer.plane;
+    for (std::ptrdiff_t n = 0; n < row; n += kWidth<V>) {
+        store_force<V>(layer.above, n, {zero, zero, zero});
+    }
+    Vector3<V> carry[4];
+    for (auto& c : carry) {
+        c = {zero, zero, zero};
+    }
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        Vector3<V> u[8], f[8];
+        load_row<V, T>(layer, n, u[0], u[1]);
+        load_row<V, T>(layer, n + row, u[2], u[3]);
+        load_row<V, T>(layer, n + plane, u[4], u[5]);
+        load_row<V, T>(layer, n + plane + row, u[6], u[7]);
+        V k[7];
+        for (int kind = 0; kind < 7; ++kind) {
+            k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
+        }
+        cell_forces<face_diagonals, volume, accuracy>(u, k, layer.volume_ratio, f);
+        store_force(layer.above, n + row, merge_columns(f[6], f[7], carry[3]));
+        store_force(layer.above, n, load_force<V>(layer.above, n) + merge_columns(f[4], f[5], carry[2]));
+        store_force(layer.partial, n + row,
+                    load_force<V>(layer.partial, n + row) + merge_columns(f[2], f[3], carry[1]));
+        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + merge_columns(f[0], f[1], carry[0]));
+    }
+}
+
+/// The topmost node plane, above which there are no cells; `above` is not touched.
+template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+void lattice_top(const LatticeLayer<Scalar<V>>& layer) {
+    using T = Scalar<V>;
+    const V zero = splat<V>(0);
+    Vector3<V> carry[2] = {{zero, zero, zero}, {zero, zero, zero}};
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        Vector3<V> u[4], f[4];
+        load_row<V, T>(layer, n, u[0], u[1]);
+        load_row<V, T>(layer, n + layer.row, u[2], u[3]);
+        V k[7];
+        for (int kind : {0, 1, 3}) {
+            k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
+        }
+        plane_forces<face_diagonals, accuracy>(u, k, f);
+        store_force(layer.partial, n + layer.row,
+                    load_force<V>(layer.partial, n + layer.row) + merge_columns(f[2], f[3], carry[1]));
+        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + merge_columns(f[0], f[1], carry[0]));
+    }
+}
+
+/// Finishes a plane of nodes whose force is the sum of `partial` and `above` (two slabs meet there).
+template <Finish finish, class V>
+void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + load_force<V>(layer.above, n));
+    }
+}
+
+/// The energy of a layer's cells and of the springs that start at its nodes; with `top` of the topmost plane's springs.
+template <bool face_diagonals, Volume volume, bool top, class V>
+LayerEnergy lattice_energy(const LatticeLayer<Scalar<V>>& layer) {
+    using T = Scalar<V>;
+    LayerEnergy energy{0, 0};
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        Vector3<V> u[8];
+        load_row<V, T>(layer, n, u[0], u[1]);
+        load_row<V, T>(layer, n + layer.row, u[2], u[3]);
+        V springs = splat<V>(0);
+        // W = k/2 (|d| - l)^2 = k l^2 / 2 * squared strain
+#define HYBMSS_ENERGY(a, b, rx, ry, rz, kind)                                                                          \
+    {                                                                                                                  \
+        using Spring = CellSpring<rx, ry, rz>;                                                                         \
+        const V k = load_lanes<V>(layer.stiffness[kind] + n) * splat<V>(Scalar<V>(0.5 * Spring::kLength2));                  \
+        springs = multiply_add(k, squared_strain(Spring::stretch(u[b] - u[a])), springs);                              \
+    }
+        if constexpr (top) {
+            HYBMSS_ENERGY(0, 1, 1, 0, 0, 0)
+            HYBMSS_ENERGY(0, 2, 0, 1, 0, 1)
+            if constexpr (face_diagonals) {
+                HYBMSS_ENERGY(0, 3, 1, 1, 0, 3)
+                HYBMSS_ENERGY(1, 2, -1, 1, 0, 3)
+            }
+        } else {
+            load_row<V, T>(layer, n + layer.plane, u[4], u[5]);
+            load_row<V, T>(layer, n + layer.plane + layer.row, u[6], u[7]);
+            HYBMSS_CUBE_DIAGONALS(HYBMSS_ENERGY)
+            if constexpr (face_diagonals) {
+                HYBMSS_FACE_DIAGONALS(HYBMSS_ENERGY)
+            }
+            HYBMSS_EDGES(HYBMSS_ENERGY)
+            if constexpr (volume != Volume::none) {
+                const V dilation = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]).dilation;
+                const V kappa = load_lanes<V>(layer.stiffness[6] + n) * splat<V>(layer.volume_ratio);
+                energy.volume += sum_in_double(kappa * volume_energy<volume>(dilation));
+            }
+        }
+#undef HYBMSS_ENERGY
+        energy.springs += sum_in_double(springs);
+    }
+    return energy;
+}
+
+} // namespace
+} // namespace hybmss::kernels

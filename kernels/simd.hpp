@@ -1,0 +1,264 @@
+#pragma once
+
+// The vector operations that the kernels are written in: a thin layer over xsimd.
+//
+// Everything here lives in an anonymous namespace and is always inlined: this file is compiled once for every
+// instruction set, and a shared inline function would let the linker keep the copy that the machine cannot run.
+//
+// Intrinsics appear where xsimd 8.1 has a hole (with AVX-512: no reciprocal square root, no fused multiply-add) or no
+// such operation (a lane shift with a carry, a gather by 32-bit indices for every type). No name here is also one of
+// xsimd's: argument-dependent lookup would prefer xsimd::store, which wants aligned memory.
+
+#include <cstdint>
+#include <type_traits>
+#include <xsimd/xsimd.hpp>
+
+#define HYBMSS_INLINE [[gnu::always_inline]] inline
+
+namespace hybmss::kernels {
+namespace {
+
+template <class T, class Arch>
+using Batch = xsimd::batch<T, Arch>;
+
+/// Facts about a batch type V: its scalar, its instruction set, its width.
+template <class V>
+struct Traits;
+template <class T, class A>
+struct Traits<xsimd::batch<T, A>> {
+    using Scalar = T;
+    using Arch = A;
+    static constexpr int kWidth = static_cast<int>(xsimd::batch<T, A>::size);
+#if defined(__AVX512F__)
+    static constexpr bool kAvx512 = std::is_base_of_v<xsimd::avx512f, A>;
+#else
+    static constexpr bool kAvx512 = false;
+#endif
+    static constexpr bool kFloat = sizeof(T) == 4;
+};
+
+template <class V>
+using Scalar = typename Traits<V>::Scalar;
+template <class V>
+inline constexpr int kWidth = Traits<V>::kWidth;
+
+template <class V>
+HYBMSS_INLINE V splat(Scalar<V> value) {
+    return V(value);
+}
+template <class V>
+HYBMSS_INLINE V load_lanes(const Scalar<V>* p) {
+    return V::load_unaligned(p);
+}
+template <class V>
+HYBMSS_INLINE void store_lanes(Scalar<V>* p, V v) {
+    v.store_unaligned(p);
+}
+
+/// a b + c, rounded once where the instruction set can.
+template <class V>
+HYBMSS_INLINE V multiply_add(V a, V b, V c) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_fmadd_ps(a, b, c);
+    } else {
+        return _mm512_fmadd_pd(a, b, c);
+    }
+#else
+    return xsimd::fma(a, b, c);
+#endif
+}
+
+/// c - a b.
+template <class V>
+HYBMSS_INLINE V subtract_product(V a, V b, V c) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_fnmadd_ps(a, b, c);
+    } else {
+        return _mm512_fnmadd_pd(a, b, c);
+    }
+#else
+    return xsimd::fnma(a, b, c);
+#endif
+}
+
+/// a b - c.
+template <class V>
+HYBMSS_INLINE V multiply_subtract(V a, V b, V c) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_fmsub_ps(a, b, c);
+    } else {
+        return _mm512_fmsub_pd(a, b, c);
+    }
+#else
+    return xsimd::fms(a, b, c);
+#endif
+}
+
+template <class V>
+HYBMSS_INLINE V maximum(V a, V b) {
+    return xsimd::max(a, b);
+}
+
+template <class V>
+HYBMSS_INLINE V square_root(V a) {
+    return xsimd::sqrt(a);
+}
+
+/// How good reciprocal_square_root_seed is, or that there is none and the exact operations are the faster way.
+enum class Seed { none, bits8, bits11, bits14 };
+
+template <class V>
+constexpr Seed seed_quality() {
+    if constexpr (Traits<V>::kAvx512) {
+        return Seed::bits14;
+    } else if constexpr (!Traits<V>::kFloat) {
+        return Seed::none;
+    } else {
+#if defined(__aarch64__) || defined(__ARM_NEON)
+        return Seed::bits8;
+#else
+        return Seed::bits11;
+#endif
+    }
+}
+
+/// 1 / sqrt(a) to the relative error 2^-14, 1.5 * 2^-12 or 2^-8, by seed_quality; a must be above zero.
+template <class V>
+HYBMSS_INLINE V reciprocal_square_root_seed(V a) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_rsqrt14_ps(a);
+    } else {
+        return _mm512_rsqrt14_pd(a);
+    }
+#elif defined(__AVX__)
+    return _mm256_rsqrt_ps(a);
+#elif defined(__SSE2__)
+    return _mm_rsqrt_ps(a);
+#else
+    return vrsqrteq_f32(a);
+#endif
+}
+
+/// Lane 0 becomes the last lane of `previous`, lane i the lane i - 1 of `current`.
+template <class V>
+HYBMSS_INLINE V shift_in(V previous, V current) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_castsi512_ps(
+            _mm512_alignr_epi32(_mm512_castps_si512(current), _mm512_castps_si512(previous), 15));
+    } else {
+        return _mm512_castsi512_pd(_mm512_alignr_epi64(_mm512_castpd_si512(current), _mm512_castpd_si512(previous), 7));
+    }
+#elif defined(__AVX2__)
+    if constexpr (Traits<V>::kFloat) {
+        const __m256i c = _mm256_castps_si256(current);
+        const __m256i straddle = _mm256_permute2x128_si256(_mm256_castps_si256(previous), c, 0x21);
+        return _mm256_castsi256_ps(_mm256_alignr_epi8(c, straddle, 12));
+    } else {
+        const __m256d straddle = _mm256_permute2f128_pd(previous, current, 0x21);
+        return _mm256_shuffle_pd(straddle, current, 0x5);
+    }
+#elif defined(__SSE2__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm_castsi128_ps(_mm_or_si128(_mm_slli_si128(_mm_castps_si128(current), 4),
+                                             _mm_srli_si128(_mm_castps_si128(previous), 12)));
+    } else {
+        return _mm_shuffle_pd(previous, current, 0x1);
+    }
+#else
+    if constexpr (Traits<V>::kFloat) {
+        return vextq_f32(previous, current, 3);
+    } else {
+        return vextq_f64(previous, current, 1);
+    }
+#endif
+}
+
+/// Lane i from base[index[i]].
+template <class V>
+HYBMSS_INLINE V gather_lanes(const Scalar<V>* base, const std::int32_t* index) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_i32gather_ps(_mm512_loadu_si512(index), base, 4);
+    } else {
+        return _mm512_i32gather_pd(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), base, 8);
+    }
+#else
+    alignas(64) Scalar<V> lanes[kWidth<V>];
+    for (int i = 0; i < kWidth<V>; ++i) {
+        lanes[i] = base[index[i]];
+    }
+    return V::load_aligned(lanes);
+#endif
+}
+
+/// Lane i to base[index[i]]; no index may occur twice.
+template <class V>
+HYBMSS_INLINE void scatter_lanes(V v, Scalar<V>* base, const std::int32_t* index) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        _mm512_i32scatter_ps(base, _mm512_loadu_si512(index), v, 4);
+    } else {
+        _mm512_i32scatter_pd(base, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), v, 8);
+    }
+#else
+    alignas(64) Scalar<V> lanes[kWidth<V>];
+    v.store_aligned(lanes);
+    for (int i = 0; i < kWidth<V>; ++i) {
+        base[index[i]] = lanes[i];
+    }
+#endif
+}
+
+/// `a` rounded to a multiple of 2^-bits; |a| must stay below 2^(digits - bits - 2).
+template <int bits, class V>
+HYBMSS_INLINE V round_to_bits(V a) {
+    constexpr int kFractionDigits = Traits<V>::kFloat ? 23 : 52;
+    const V magic = splat<V>(Scalar<V>(1.5) * static_cast<Scalar<V>>(std::int64_t{1} << (kFractionDigits - bits)));
+    return (a + magic) - magic;
+}
+
+/// cbrt(a) to a relative error below 4 %, by dividing the exponent by three; a in [2^-120, 2^120].
+template <class V>
+HYBMSS_INLINE V cube_root_seed(V a) {
+    if constexpr (Traits<V>::kFloat) {
+        using Integer = xsimd::batch<std::int32_t, typename Traits<V>::Arch>;
+        const V logarithm = xsimd::to_float(xsimd::bitwise_cast<Integer>(a));
+        const V third = multiply_add(logarithm, splat<V>(1.0f / 3.0f), splat<V>(709960000.0f));
+        return xsimd::bitwise_cast<V>(xsimd::to_int(third));
+    } else {
+        // The high 32 bits as a double: placed below the exponent of 2^52. Conversions of 64-bit integers exist only
+        // with AVX-512.
+        using Integer = xsimd::batch<std::uint64_t, typename Traits<V>::Arch>;
+        const V two52 = splat<V>(4503599627370496.0);
+        const Integer high = (xsimd::bitwise_cast<Integer>(a) >> 32) | xsimd::bitwise_cast<Integer>(two52);
+        const V logarithm = xsimd::bitwise_cast<V>(high) - two52;
+        const V third = multiply_add(logarithm, splat<V>(1.0 / 3.0), splat<V>(715095000.0)) + two52;
+        return xsimd::bitwise_cast<V>(xsimd::bitwise_cast<Integer>(third) << 32);
+    }
+}
+
+/// The sum of the lanes in double, in lane order.
+template <class V>
+HYBMSS_INLINE double sum_in_double(V v) {
+    alignas(64) Scalar<V> lanes[kWidth<V>];
+    v.store_aligned(lanes);
+    double sum = 0;
+    for (int i = 0; i < kWidth<V>; ++i) {
+        sum += static_cast<double>(lanes[i]);
+    }
+    return sum;
+}
+
+/// 1 where gate > 0, else 0.
+template <class V>
+HYBMSS_INLINE V one_where_positive(V gate) {
+    return xsimd::select(gate > splat<V>(0), splat<V>(1), splat<V>(0));
+}
+
+} // namespace
+} // namespace hybmss::kernels

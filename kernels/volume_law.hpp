@@ -1,0 +1,64 @@
+#pragma once
+
+#include "kernels/arguments.hpp"
+#include "kernels/simd.hpp"
+
+namespace hybmss::kernels {
+namespace {
+
+/// cbrt(1 + j) - 1 for 1 + j >= 1/8, with a small relative error as j goes to zero.
+///
+/// Halley's step improves the seed c; c is rounded to a grid coarser than its error, so that y = c - 1 is exactly 0 near
+/// j = 0; the residual R = (1 + j) - c^3 = j - y (3 + y (3 + y)) has no cancellation, and one more step of the third order,
+/// c R / (3 c^3 + R), adds the rest. Double takes a last Newton step.
+template <class V>
+HYBMSS_INLINE V cube_root_minus_one(V j) {
+    using T = Scalar<V>;
+    const auto k = [](double value) { return splat<V>(static_cast<T>(value)); };
+    const V x = j + k(1.0);
+    const V seed = cube_root_seed(x);
+    const V seed3 = seed * seed * seed;
+    const V halley = seed * multiply_add(k(2.0), x, seed3) / multiply_add(k(2.0), seed3, x);
+    const V c = round_to_bits<13>(halley);
+    const V y = c - k(1.0);
+    const V residual = subtract_product(y, multiply_add(y, y + k(3.0), k(3.0)), j);
+    const V root = y + c * residual / multiply_add(k(3.0) * c, c * c, residual);
+    if constexpr (Traits<V>::kFloat) {
+        return root;
+    } else {
+        const V last = subtract_product(root, multiply_add(root, root + k(3.0), k(3.0)), j);
+        const V refined = root + k(1.0);
+        return root + last / (k(3.0) * refined * refined);
+    }
+}
+
+/// phi'(J) as a function of j = J - 1.
+///     quadratic:     j
+///     mean stretch:  3 (c - 1) / c^2, c = cbrt(J); -6 below J = 1/8
+template <Volume volume, class V>
+HYBMSS_INLINE V volume_slope(V j) {
+    using T = Scalar<V>;
+    if constexpr (volume == Volume::quadratic) {
+        return j;
+    } else {
+        const V e = cube_root_minus_one(maximum(j, splat<V>(T(-0.875))));
+        const V c = e + splat<V>(T(1));
+        return splat<V>(T(3)) * e / (c * c);
+    }
+}
+
+/// phi(J): j^2 / 2, or 9/2 (c - 1)^2 continued with the slope -6 below J = 1/8.
+template <Volume volume, class V>
+HYBMSS_INLINE V volume_energy(V j) {
+    using T = Scalar<V>;
+    if constexpr (volume == Volume::quadratic) {
+        return splat<V>(T(0.5)) * j * j;
+    } else {
+        const V bounded = maximum(j, splat<V>(T(-0.875)));
+        const V e = cube_root_minus_one(bounded);
+        return multiply_add(splat<V>(T(6)), bounded - j, splat<V>(T(4.5)) * e * e);
+    }
+}
+
+} // namespace
+} // namespace hybmss::kernels

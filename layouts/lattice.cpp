@@ -1,0 +1,158 @@
+#include "hybmss/lattice.hpp"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace hybmss {
+namespace {
+
+void check_shape(const std::array<int, 3>& cells, double cell_size) {
+    for (int n : cells) {
+        if (n < 1) {
+            throw std::invalid_argument("cells = [" + std::to_string(cells[0]) + ", " + std::to_string(cells[1]) + ", " +
+                                        std::to_string(cells[2]) + "] is not allowed: each count must be at least 1");
+        }
+    }
+    // Node numbers are 32 bits wide, and sums of their strides must fit too.
+    const double nodes = (cells[0] + 1.0) * (cells[1] + 1.0) * (cells[2] + 1.0);
+    if (nodes > 1e9) {
+        throw std::invalid_argument("cells make " + std::to_string(nodes) + " grid nodes: at most 1e9 are allowed");
+    }
+    if (!(cell_size > 0) || !std::isfinite(cell_size)) {
+        throw std::invalid_argument("cell_size = " + std::to_string(cell_size) +
+                                    " is not allowed: it must be finite and above 0");
+    }
+}
+
+void check_scale(float scale) {
+    if (!(scale >= 0) || !std::isfinite(scale)) {
+        throw std::invalid_argument("cell scale = " + std::to_string(scale) +
+                                    " is not allowed: it must be finite and at least 0");
+    }
+}
+
+} // namespace
+
+Lattice::Lattice(std::array<int, 3> cells, double cell_size, std::vector<float> scales)
+    : cells_(cells), cell_size_(cell_size), scales_(std::move(scales)) {}
+
+Lattice Lattice::box(int nx, int ny, int nz, double cell_size) {
+    check_shape({nx, ny, nz}, cell_size);
+    const auto count = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz);
+    return Lattice({nx, ny, nz}, cell_size, std::vector<float>(count, 1.0f));
+}
+
+Lattice Lattice::from_cells(int nx, int ny, int nz, double cell_size, std::vector<float> scales) {
+    check_shape({nx, ny, nz}, cell_size);
+    const auto count = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz);
+    if (scales.size() != count) {
+        throw std::invalid_argument("cell scales: " + std::to_string(scales.size()) + " values given, " +
+                                    std::to_string(count) + " needed (nx * ny * nz)");
+    }
+    for (float scale : scales) {
+        check_scale(scale);
+    }
+    return Lattice({nx, ny, nz}, cell_size, std::move(scales));
+}
+
+std::size_t Lattice::cell_index(int i, int j, int k) const {
+    if (i < 0 || j < 0 || k < 0 || i >= cells_[0] || j >= cells_[1] || k >= cells_[2]) {
+        throw std::invalid_argument("cell (" + std::to_string(i) + ", " + std::to_string(j) + ", " + std::to_string(k) +
+                                    ") is outside the lattice");
+    }
+    return static_cast<std::size_t>(i) +
+           static_cast<std::size_t>(cells_[0]) *
+               (static_cast<std::size_t>(j) + static_cast<std::size_t>(cells_[1]) * static_cast<std::size_t>(k));
+}
+
+void Lattice::set_cell_scale(int i, int j, int k, float scale) {
+    check_scale(scale);
+    scales_[cell_index(i, j, k)] = scale;
+}
+
+void Lattice::remove_cells(std::span<const std::array<int, 3>> cells) {
+    for (const auto& [i, j, k] : cells) {
+        scales_[cell_index(i, j, k)] = 0.0f;
+    }
+}
+
+std::size_t Lattice::grid_node_count() const {
+    return (static_cast<std::size_t>(cells_[0]) + 1) * (static_cast<std::size_t>(cells_[1]) + 1) *
+           (static_cast<std::size_t>(cells_[2]) + 1);
+}
+
+std::size_t Lattice::grid_node_index(int i, int j, int k) const {
+    return static_cast<std::size_t>(i) +
+           (static_cast<std::size_t>(cells_[0]) + 1) *
+               (static_cast<std::size_t>(j) + (static_cast<std::size_t>(cells_[1]) + 1) * static_cast<std::size_t>(k));
+}
+
+std::vector<std::uint32_t> Lattice::nodes() const {
+    std::vector<char> used(grid_node_count(), 0);
+    std::size_t cell = 0;
+    for (int k = 0; k < cells_[2]; ++k) {
+        for (int j = 0; j < cells_[1]; ++j) {
+            for (int i = 0; i < cells_[0]; ++i, ++cell) {
+                if (scales_[cell] > 0) {
+                    for (int corner = 0; corner < 8; ++corner) {
+                        used[grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))] = 1;
+                    }
+                }
+            }
+        }
+    }
+    std::vector<std::uint32_t> nodes;
+    for (std::size_t n = 0; n < used.size(); ++n) {
+        if (used[n]) {
+            nodes.push_back(static_cast<std::uint32_t>(n));
+        }
+    }
+    return nodes;
+}
+
+std::array<double, 3> Lattice::rest_position(std::size_t grid_node) const {
+    const auto row = static_cast<std::size_t>(cells_[0]) + 1;
+    const auto rows = static_cast<std::size_t>(cells_[1]) + 1;
+    return {static_cast<double>(grid_node % row) * cell_size_, static_cast<double>(grid_node / row % rows) * cell_size_,
+            static_cast<double>(grid_node / row / rows) * cell_size_};
+}
+
+std::size_t Lattice::cell_count() const {
+    std::size_t count = 0;
+    for (float scale : scales_) {
+        count += scale > 0;
+    }
+    return count;
+}
+
+SpringCounts Lattice::merged_springs(bool face_diagonals) const {
+    const auto filled = [&](int i, int j, int k) {
+        return i >= 0 && j >= 0 && k >= 0 && i < cells_[0] && j < cells_[1] && k < cells_[2] &&
+               scales_[cell_index(i, j, k)] > 0;
+    };
+    // An edge or a face has springs where one of the cells around it is filled.
+    SpringCounts counts;
+    for (int k = 0; k <= cells_[2]; ++k) {
+        for (int j = 0; j <= cells_[1]; ++j) {
+            for (int i = 0; i <= cells_[0]; ++i) {
+                const bool c = filled(i, j, k), x = filled(i - 1, j, k), y = filled(i, j - 1, k), z = filled(i, j, k - 1);
+                counts.edges += c || y || z || filled(i, j - 1, k - 1);
+                counts.edges += c || x || z || filled(i - 1, j, k - 1);
+                counts.edges += c || x || y || filled(i - 1, j - 1, k);
+                counts.face_diagonals += face_diagonals ? 2u * (static_cast<unsigned>(c || x) + (c || y) + (c || z)) : 0u;
+                counts.cube_diagonals += c ? 4 : 0;
+            }
+        }
+    }
+    return counts;
+}
+
+SpringCounts Lattice::unmerged_springs(bool face_diagonals) const {
+    SpringCounts counts = merged_springs(false);
+    counts.face_diagonals = face_diagonals ? 12 * cell_count() : 0;
+    return counts;
+}
+
+} // namespace hybmss

@@ -1,0 +1,174 @@
+#include "hybmss/network.hpp"
+
+#include <cmath>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+namespace hybmss {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what, std::size_t index, const std::string& why) {
+    throw std::invalid_argument(what + " " + std::to_string(index) + ": " + why);
+}
+
+struct Offset {
+    int x, y, z;
+};
+
+/// The kinds of springs that start at a grid node, and the cells around each: those cells' low corners relative to the node.
+struct SpringKind {
+    Offset from, to;
+    Offset cells[4];
+    int cell_count;
+};
+
+constexpr SpringKind kEdges[] = {
+    {{0, 0, 0}, {1, 0, 0}, {{0, 0, 0}, {0, -1, 0}, {0, 0, -1}, {0, -1, -1}}, 4},
+    {{0, 0, 0}, {0, 1, 0}, {{0, 0, 0}, {-1, 0, 0}, {0, 0, -1}, {-1, 0, -1}}, 4},
+    {{0, 0, 0}, {0, 0, 1}, {{0, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {-1, -1, 0}}, 4},
+};
+constexpr SpringKind kFaceDiagonals[] = {
+    {{0, 0, 0}, {1, 1, 0}, {{0, 0, 0}, {0, 0, -1}}, 2}, {{1, 0, 0}, {0, 1, 0}, {{0, 0, 0}, {0, 0, -1}}, 2},
+    {{0, 0, 0}, {1, 0, 1}, {{0, 0, 0}, {0, -1, 0}}, 2}, {{1, 0, 0}, {0, 0, 1}, {{0, 0, 0}, {0, -1, 0}}, 2},
+    {{0, 0, 0}, {0, 1, 1}, {{0, 0, 0}, {-1, 0, 0}}, 2}, {{0, 1, 0}, {0, 0, 1}, {{0, 0, 0}, {-1, 0, 0}}, 2},
+};
+constexpr SpringKind kCubeDiagonals[] = {
+    {{0, 0, 0}, {1, 1, 1}, {{0, 0, 0}}, 1},
+    {{1, 0, 0}, {0, 1, 1}, {{0, 0, 0}}, 1},
+    {{0, 1, 0}, {1, 0, 1}, {{0, 0, 0}}, 1},
+    {{0, 0, 1}, {1, 1, 0}, {{0, 0, 0}}, 1},
+};
+
+} // namespace
+
+Network Network::from_lattice(const Lattice& lattice, const Material& material) {
+    validate(material);
+    const auto [nx, ny, nz] = lattice.cells();
+    const double h = lattice.cell_size();
+    const SpringConstants constants = spring_constants(material, h);
+    const auto scale = [&, nx = nx, ny = ny, nz = nz](int i, int j, int k) -> double {
+        const bool inside = i >= 0 && j >= 0 && k >= 0 && i < nx && j < ny && k < nz;
+        return inside ? static_cast<double>(lattice.cell_scale(i, j, k)) : 0.0;
+    };
+
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    std::vector<std::int32_t> number(lattice.grid_node_count(), -1);
+    Network network;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        number[nodes[n]] = static_cast<std::int32_t>(n);
+        network.rest_positions.push_back(lattice.rest_position(nodes[n]));
+    }
+    network.masses.assign(nodes.size(), 0.0);
+    network.volume_energy = resolved_volume_energy(material);
+    const double kappa = network.volume_energy == VolumeEnergy::none ? 0.0 : volume_modulus(material);
+
+    const auto add_springs = [&](std::span<const SpringKind> kinds, double share, int i, int j, int k) {
+        for (const SpringKind& kind : kinds) {
+            double scales = 0;
+            for (int c = 0; c < kind.cell_count; ++c) {
+                scales += scale(i + kind.cells[c].x, j + kind.cells[c].y, k + kind.cells[c].z);
+            }
+            if (scales * share > 0) {
+                const auto a = lattice.grid_node_index(i + kind.from.x, j + kind.from.y, k + kind.from.z);
+                const auto b = lattice.grid_node_index(i + kind.to.x, j + kind.to.y, k + kind.to.z);
+                network.springs.push_back({number[a], number[b], scales * share,
+                                           {h * (kind.to.x - kind.from.x), h * (kind.to.y - kind.from.y),
+                                            h * (kind.to.z - kind.from.z)}});
+            }
+        }
+    };
+    for (int k = 0; k <= nz; ++k) {
+        for (int j = 0; j <= ny; ++j) {
+            for (int i = 0; i <= nx; ++i) {
+                add_springs(kEdges, constants.edge / 4, i, j, k);
+                add_springs(kFaceDiagonals, constants.face_diagonal / 2, i, j, k);
+                add_springs(kCubeDiagonals, constants.cube_diagonal, i, j, k);
+                if (const double s = scale(i, j, k); s > 0) {
+                    Cell cell{{}, kappa * s};
+                    for (int corner = 0; corner < 8; ++corner) {
+                        const auto node = static_cast<std::size_t>(number[lattice.grid_node_index(
+                            i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))]);
+                        cell.nodes[static_cast<std::size_t>(corner)] = static_cast<std::int32_t>(node);
+                        network.masses[node] += material.density * h * h * h / 8;
+                    }
+                    if (kappa != 0) {
+                        network.cells.push_back(cell);
+                    }
+                }
+            }
+        }
+    }
+    return network;
+}
+
+void validate(const Network& network) {
+    const auto node_count = static_cast<std::int64_t>(network.rest_positions.size());
+    if (network.masses.size() != network.rest_positions.size()) {
+        throw std::invalid_argument("network: " + std::to_string(network.masses.size()) + " masses for " +
+                                    std::to_string(node_count) + " nodes");
+    }
+    for (std::size_t n = 0; n < network.masses.size(); ++n) {
+        if (!(network.masses[n] > 0) || !std::isfinite(network.masses[n])) {
+            refuse("mass of node", n, std::to_string(network.masses[n]) + " is not allowed: it must be finite and above 0");
+        }
+        for (double x : network.rest_positions[n]) {
+            if (!std::isfinite(x)) {
+                refuse("rest position of node", n, "it must be finite");
+            }
+        }
+    }
+    const auto is_node = [&](std::int32_t n) { return n >= 0 && n < node_count; };
+    for (std::size_t s = 0; s < network.springs.size(); ++s) {
+        const Network::Spring& spring = network.springs[s];
+        if (!is_node(spring.a) || !is_node(spring.b) || spring.a == spring.b) {
+            refuse("spring", s,
+                   "nodes " + std::to_string(spring.a) + " and " + std::to_string(spring.b) +
+                       " are not allowed: they must differ and lie in [0, " + std::to_string(node_count) + ")");
+        }
+        if (!(spring.stiffness >= 0) || !std::isfinite(spring.stiffness)) {
+            refuse("spring", s, "its stiffness must be finite and at least 0");
+        }
+        const auto& r = spring.rest_vector;
+        const double length = std::hypot(r[0], r[1], r[2]);
+        if (!(length > 0) || !std::isfinite(length)) {
+            refuse("spring", s, "its rest vector must be finite and not zero");
+        }
+    }
+    if (!network.cells.empty() && network.volume_energy != VolumeEnergy::quadratic &&
+        network.volume_energy != VolumeEnergy::mean_stretch) {
+        throw std::invalid_argument("network: volume_energy must be quadratic or mean_stretch where there are cells");
+    }
+    for (std::size_t c = 0; c < network.cells.size(); ++c) {
+        const Network::Cell& cell = network.cells[c];
+        double edges[3][3] = {};
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            const std::int32_t n = cell.nodes[corner];
+            if (!is_node(n)) {
+                refuse("cell", c, "node " + std::to_string(n) + " is outside [0, " + std::to_string(node_count) + ")");
+            }
+            for (std::size_t other = 0; other < corner; ++other) {
+                if (cell.nodes[other] == n) {
+                    refuse("cell", c, "node " + std::to_string(n) + " appears twice");
+                }
+            }
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                for (std::size_t edge = 0; edge < 3; ++edge) {
+                    const double x = network.rest_positions[static_cast<std::size_t>(n)][axis] / 4;
+                    edges[edge][axis] += corner >> edge & 1 ? x : -x;
+                }
+            }
+        }
+        const auto& [a, b, d] = edges;
+        const double volume = a[0] * (b[1] * d[2] - b[2] * d[1]) + a[1] * (b[2] * d[0] - b[0] * d[2]) +
+                              a[2] * (b[0] * d[1] - b[1] * d[0]);
+        if (!(volume > 0)) {
+            refuse("cell", c, "its rest volume is not above 0 (are its corners in x-fastest order?)");
+        }
+        if (!std::isfinite(cell.kappa)) {
+            refuse("cell", c, "its kappa must be finite");
+        }
+    }
+}
+
+} // namespace hybmss

@@ -1,0 +1,93 @@
+#pragma once
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/force_plan.hpp"
+#include "layouts/aligned_array.hpp"
+#include "layouts/flat_rows.hpp"
+#include "plan/workers.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace hybmss {
+
+template <class T>
+using NodeField = AlignedArray<T>[3];
+
+/// What changes while a body is used: one for every execution at a time.
+template <class T>
+struct State {
+    NodeField<T> displacement; ///< in the body's length unit
+    NodeField<T> velocity;     ///< likewise, per s; empty unless the body moves
+    NodeField<T> force;        ///< N; empty until forces are asked for
+    std::vector<AlignedArray<T>> buffers; ///< the body's own
+
+    std::size_t bytes() const;
+};
+
+/// A prescribed component of a node: where it lies and what it is set to, in the body's units.
+template <class T>
+struct PrescribedComponent {
+    std::size_t index;
+    int axis;
+    T displacement;
+    T velocity;
+};
+
+/// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable.
+template <class T>
+class Body {
+public:
+    virtual ~Body() = default;
+
+    std::size_t node_count() const { return masses().size(); }
+    virtual std::span<const double> masses() const = 0;
+    /// Where the nodes lie in a NodeField.
+    virtual std::span<const NodeRun> runs() const = 0;
+    virtual std::size_t index_of(std::size_t node) const = 0;
+    /// m by which displacements are divided inside.
+    virtual double length_unit() const = 0;
+    virtual double critical_time_step() const = 0;
+    virtual PlanDescription describe() const = 0;
+
+    virtual State<T> make_state(bool moving) const = 0;
+    /// Sets state.force.
+    virtual void compute_forces(State<T>& state) const = 0;
+    virtual PotentialEnergy energy(State<T>& state) const = 0;
+    /// One step after the other, each followed by the prescribed components.
+    virtual void step(State<T>& state, const StepParameters& parameters,
+                      std::span<const PrescribedComponent<T>> prescribed, long count) const = 0;
+
+    /// field = factor * in, at the body's nodes.
+    void write(VectorField<const T> in, double factor, NodeField<T>& field) const;
+    /// out = factor * field.
+    void read(const NodeField<T>& field, double factor, VectorField<T> out) const;
+    /// out += field.
+    void add(const NodeField<T>& field, VectorField<T> out) const;
+    double kinetic_energy(const State<T>& state) const;
+    static void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
+
+protected:
+    explicit Body(Workers workers) : workers_(std::move(workers)) {}
+    const Workers& workers() const { return workers_; }
+
+
+private:
+    void check_size(std::size_t size) const;
+    /// Calls visit(run) for all runs, several at a time.
+    template <class Visit>
+    void for_each_run(const Visit& visit) const;
+
+    Workers workers_;
+};
+
+template <class T>
+std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options);
+template <class T>
+std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& options);
+
+extern template class Body<float>;
+extern template class Body<double>;
+
+} // namespace hybmss

@@ -1,0 +1,117 @@
+#include "hybmss/explicit_dynamics.hpp"
+
+#include "plan/body.hpp"
+
+#include <stdexcept>
+#include <string>
+
+namespace hybmss {
+
+template <class T>
+struct ExplicitDynamics<T>::Implementation {
+    explicit Implementation(std::unique_ptr<Body<T>> made) : body(std::move(made)), state(body->make_state(true)) {}
+
+    std::unique_ptr<Body<T>> body;
+    mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
+    std::vector<PrescribedComponent<T>> prescribed;
+};
+
+template <class T>
+ExplicitDynamics<T>::ExplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options)
+    : implementation_(std::make_unique<Implementation>(make_body<T>(lattice, material, options))) {}
+template <class T>
+ExplicitDynamics<T>::ExplicitDynamics(const Network& network, const PlanOptions& options)
+    : implementation_(std::make_unique<Implementation>(make_body<T>(network, options))) {}
+template <class T>
+ExplicitDynamics<T>::ExplicitDynamics(ExplicitDynamics&&) noexcept = default;
+template <class T>
+ExplicitDynamics<T>& ExplicitDynamics<T>::operator=(ExplicitDynamics&&) noexcept = default;
+template <class T>
+ExplicitDynamics<T>::~ExplicitDynamics() = default;
+
+template <class T>
+std::size_t ExplicitDynamics<T>::node_count() const {
+    return implementation_->body->node_count();
+}
+
+template <class T>
+void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
+    const Body<T>& body = *implementation_->body;
+    const double scale = 1 / body.length_unit();
+    std::vector<PrescribedComponent<T>> components;
+    for (const PrescribedNode& p : nodes) {
+        if (p.node >= body.node_count()) {
+            throw std::invalid_argument("prescribed node " + std::to_string(p.node) + ": the body has " +
+                                        std::to_string(body.node_count()) + " nodes");
+        }
+        const std::size_t index = body.index_of(p.node);
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (p.axes >> c & 1) {
+                components.push_back({index, static_cast<int>(c), static_cast<T>(p.displacement[c] * scale),
+                                      static_cast<T>(p.velocity[c] * scale)});
+            }
+        }
+    }
+    implementation_->prescribed = std::move(components);
+    Body<T>::set_prescribed(implementation_->state, implementation_->prescribed);
+}
+
+template <class T>
+void ExplicitDynamics<T>::step(const StepParameters& parameters, long count) {
+    implementation_->body->step(implementation_->state, parameters, implementation_->prescribed, count);
+}
+
+template <class T>
+void ExplicitDynamics<T>::get_displacements(VectorField<T> out) const {
+    const Body<T>& body = *implementation_->body;
+    body.read(implementation_->state.displacement, body.length_unit(), out);
+}
+template <class T>
+void ExplicitDynamics<T>::get_velocities(VectorField<T> out) const {
+    const Body<T>& body = *implementation_->body;
+    body.read(implementation_->state.velocity, body.length_unit(), out);
+}
+template <class T>
+void ExplicitDynamics<T>::set_displacements(VectorField<const T> in) {
+    const Body<T>& body = *implementation_->body;
+    body.write(in, 1 / body.length_unit(), implementation_->state.displacement);
+}
+template <class T>
+void ExplicitDynamics<T>::set_velocities(VectorField<const T> in) {
+    const Body<T>& body = *implementation_->body;
+    body.write(in, 1 / body.length_unit(), implementation_->state.velocity);
+}
+template <class T>
+void ExplicitDynamics<T>::get_forces(VectorField<T> out) const {
+    const Body<T>& body = *implementation_->body;
+    body.compute_forces(implementation_->state);
+    body.read(implementation_->state.force, 1, out);
+}
+
+template <class T>
+std::span<const double> ExplicitDynamics<T>::masses() const {
+    return implementation_->body->masses();
+}
+template <class T>
+PotentialEnergy ExplicitDynamics<T>::potential_energy() const {
+    return implementation_->body->energy(implementation_->state);
+}
+template <class T>
+double ExplicitDynamics<T>::kinetic_energy() const {
+    return implementation_->body->kinetic_energy(implementation_->state);
+}
+template <class T>
+double ExplicitDynamics<T>::critical_time_step() const {
+    return implementation_->body->critical_time_step();
+}
+template <class T>
+PlanDescription ExplicitDynamics<T>::describe() const {
+    PlanDescription description = implementation_->body->describe();
+    description.bytes += implementation_->state.bytes();
+    return description;
+}
+
+template class ExplicitDynamics<float>;
+template class ExplicitDynamics<double>;
+
+} // namespace hybmss

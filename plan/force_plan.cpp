@@ -1,0 +1,92 @@
+#include "hybmss/force_plan.hpp"
+
+#include "plan/body.hpp"
+
+#include <mutex>
+#include <vector>
+
+namespace hybmss {
+
+/// The body, and the states that are not in use: each execution takes one, so that a plan may run many times at once.
+template <class T>
+struct ForcePlan<T>::Implementation {
+    explicit Implementation(std::unique_ptr<Body<T>> made) : body(std::move(made)) {
+        idle.push_back(body->make_state(false));
+    }
+
+    State<T> take() {
+        const std::lock_guard lock(mutex);
+        if (idle.empty()) {
+            return body->make_state(false);
+        }
+        State<T> state = std::move(idle.back());
+        idle.pop_back();
+        return state;
+    }
+    void give_back(State<T> state) {
+        const std::lock_guard lock(mutex);
+        idle.push_back(std::move(state));
+    }
+
+    std::unique_ptr<Body<T>> body;
+    std::mutex mutex;
+    std::vector<State<T>> idle;
+};
+
+template <class T>
+ForcePlan<T>::ForcePlan(const Lattice& lattice, const Material& material, const PlanOptions& options)
+    : implementation_(std::make_unique<Implementation>(make_body<T>(lattice, material, options))) {}
+template <class T>
+ForcePlan<T>::ForcePlan(const Network& network, const PlanOptions& options)
+    : implementation_(std::make_unique<Implementation>(make_body<T>(network, options))) {}
+template <class T>
+ForcePlan<T>::ForcePlan(ForcePlan&&) noexcept = default;
+template <class T>
+ForcePlan<T>& ForcePlan<T>::operator=(ForcePlan&&) noexcept = default;
+template <class T>
+ForcePlan<T>::~ForcePlan() = default;
+
+template <class T>
+std::size_t ForcePlan<T>::node_count() const {
+    return implementation_->body->node_count();
+}
+
+template <class T>
+void ForcePlan<T>::add_forces(VectorField<const T> displacement, VectorField<T> force) const {
+    const Body<T>& body = *implementation_->body;
+    State<T> state = implementation_->take();
+    body.write(displacement, 1 / body.length_unit(), state.displacement);
+    body.compute_forces(state);
+    body.add(state.force, force);
+    implementation_->give_back(std::move(state));
+}
+
+template <class T>
+PotentialEnergy ForcePlan<T>::energy(VectorField<const T> displacement) const {
+    const Body<T>& body = *implementation_->body;
+    State<T> state = implementation_->take();
+    body.write(displacement, 1 / body.length_unit(), state.displacement);
+    const PotentialEnergy energy = body.energy(state);
+    implementation_->give_back(std::move(state));
+    return energy;
+}
+
+template <class T>
+double ForcePlan<T>::critical_time_step() const {
+    return implementation_->body->critical_time_step();
+}
+
+template <class T>
+PlanDescription ForcePlan<T>::describe() const {
+    PlanDescription description = implementation_->body->describe();
+    const std::lock_guard lock(implementation_->mutex);
+    for (const State<T>& state : implementation_->idle) {
+        description.bytes += state.bytes();
+    }
+    return description;
+}
+
+template class ForcePlan<float>;
+template class ForcePlan<double>;
+
+} // namespace hybmss

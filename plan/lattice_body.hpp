@@ -1,0 +1,55 @@
+#pragma once
+
+#include "kernels/kernel_table.hpp"
+#include "layouts/flat_rows.hpp"
+#include "plan/body.hpp"
+
+namespace hybmss {
+
+/// A lattice in the layout flat-rows, swept layer by layer.
+///
+/// The layers of cells are divided into slabs, by the body alone, so that results do not depend on the threads. Slabs meet
+/// in a plane of nodes: the upper slab leaves what it adds there in the state, the lower one in a buffer, and when all
+/// slabs are done the two sums are joined and the plane is finished.
+template <class T>
+class LatticeBody final : public Body<T> {
+public:
+    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options);
+
+    std::span<const double> masses() const override { return layout_.masses; }
+    std::span<const NodeRun> runs() const override { return layout_.runs; }
+    std::size_t index_of(std::size_t node) const override { return layout_.index_of(node); }
+    double length_unit() const override { return layout_.cell_size; }
+    double critical_time_step() const override { return critical_time_step_; }
+    PlanDescription describe() const override;
+
+    State<T> make_state(bool moving) const override;
+    void compute_forces(State<T>& state) const override;
+    PotentialEnergy energy(State<T>& state) const override;
+    void step(State<T>& state, const StepParameters& parameters, std::span<const PrescribedComponent<T>> prescribed,
+              long count) const override;
+
+private:
+    using Layer = kernels::LatticeLayer<T>;
+
+    std::size_t slabs() const { return slab_begin_.size() - 1; }
+    /// The layer of cells above node plane k, without the arrays for forces.
+    Layer layer_at(State<T>& state, std::size_t k) const;
+    void sweep(State<T>& state, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
+    void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
+                    const kernels::StepConstants<T>& step) const;
+
+    FlatRows<T> layout_;
+    const kernels::KernelTable<T>* table_;
+    bool face_diagonals_;
+    kernels::Volume volume_;
+    Accuracy accuracy_;
+    std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
+    double critical_time_step_;
+    std::size_t springs_, cells_;
+};
+
+extern template class LatticeBody<float>;
+extern template class LatticeBody<double>;
+
+} // namespace hybmss

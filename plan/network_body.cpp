@@ -1,0 +1,187 @@
+#include "plan/network_body.hpp"
+
+#include "plan/critical_time_step.hpp"
+#include "plan/plan_description.hpp"
+
+#include <algorithm>
+
+namespace hybmss {
+
+template <class T>
+NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
+    : Body<T>(Workers(useful_threads(options.threads, network.masses.size()))), layout_(network),
+      run_{0, 0, layout_.node_count}, table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
+      accuracy_(options.accuracy), critical_time_step_(network_critical_time_step(network)) {}
+
+template <class T>
+State<T> NetworkBody<T>::make_state(bool moving) const {
+    State<T> state;
+    for (std::size_t c = 0; c < 3; ++c) {
+        state.displacement[c] = AlignedArray<T>(layout_.size());
+        if (moving) {
+            state.velocity[c] = AlignedArray<T>(layout_.size());
+        }
+    }
+    return state;
+}
+
+template <class T>
+kernels::NetworkSprings<T> NetworkBody<T>::spring_arrays() const {
+    const auto& s = layout_.springs;
+    return {s.a.data(),
+            s.b.data(),
+            {s.rest[0].data(), s.rest[1].data(), s.rest[2].data()},
+            s.stiffness.data(),
+            s.inverse_length2.data()};
+}
+
+template <class T>
+kernels::NetworkCells<T> NetworkBody<T>::cell_arrays() const {
+    const auto& c = layout_.cells;
+    kernels::NetworkCells<T> cells{};
+    for (std::size_t i = 0; i < 8; ++i) {
+        cells.node[i] = c.node[i].data();
+    }
+    for (std::size_t i = 0; i < 9; ++i) {
+        cells.rest_edge[i] = c.rest_edge[i].data();
+    }
+    cells.kappa = c.kappa.data();
+    cells.inverse_volume = c.inverse_volume.data();
+    return cells;
+}
+
+template <class T>
+kernels::NodeArrays<T> NetworkBody<T>::node_arrays(State<T>& state) const {
+    kernels::NodeArrays<T> nodes{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.displacement[c] = state.displacement[c].data();
+        nodes.velocity[c] = state.velocity[c].data();
+        nodes.force[c] = state.force[c].data();
+    }
+    nodes.inverse_mass = layout_.inverse_mass.data();
+    return nodes;
+}
+
+template <class T>
+template <class Visit>
+void NetworkBody<T>::for_each_piece(std::size_t begin, std::size_t end, const Visit& visit) const {
+    constexpr std::size_t kPiece = 128 * kPadding;
+    this->workers().run((end - begin + kPiece - 1) / kPiece, [&](std::size_t i, std::size_t) {
+        const std::size_t from = begin + i * kPiece;
+        visit(static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(std::min(from + kPiece, end)));
+    });
+}
+
+template <class T>
+template <class Visit>
+double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) const {
+    constexpr std::size_t kPiece = 128 * kPadding;
+    std::vector<double> sums((size + kPiece - 1) / kPiece);
+    this->workers().run(sums.size(), [&](std::size_t i, std::size_t) {
+        sums[i] = visit(static_cast<std::ptrdiff_t>(i * kPiece),
+                        static_cast<std::ptrdiff_t>(std::min((i + 1) * kPiece, size)));
+    });
+    double sum = 0;
+    for (double s : sums) {
+        sum += s;
+    }
+    return sum;
+}
+
+template <class T>
+void NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
+    const auto springs = spring_arrays();
+    for (std::size_t color = 0; color + 1 < layout_.springs.color_begin.size(); ++color) {
+        for_each_piece(layout_.springs.color_begin[color], layout_.springs.color_begin[color + 1],
+                       [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+                           table_->springs[static_cast<int>(accuracy_)](springs, nodes, begin, end);
+                       });
+    }
+    if (volume_ == kernels::Volume::none) {
+        return;
+    }
+    const auto cells = cell_arrays();
+    for (std::size_t color = 0; color + 1 < layout_.cells.color_begin.size(); ++color) {
+        for_each_piece(layout_.cells.color_begin[color], layout_.cells.color_begin[color + 1],
+                       [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+                           table_->cells[static_cast<int>(volume_)](cells, nodes, begin, end);
+                       });
+    }
+}
+
+template <class T>
+void NetworkBody<T>::allocate_forces(State<T>& state) const {
+    for (auto& force : state.force) {
+        if (force.size() == 0) {
+            force = AlignedArray<T>(layout_.size());
+        } else {
+            std::fill_n(force.data(), force.size(), T(0));
+        }
+    }
+}
+
+template <class T>
+void NetworkBody<T>::compute_forces(State<T>& state) const {
+    allocate_forces(state);
+    accumulate(node_arrays(state));
+}
+
+template <class T>
+PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
+    const auto nodes = node_arrays(state);
+    const auto springs = spring_arrays();
+    PotentialEnergy energy;
+    energy.springs = sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        return table_->spring_energy(springs, nodes, begin, end);
+    });
+    if (volume_ != kernels::Volume::none) {
+        const auto cells = cell_arrays();
+        energy.volume = sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            return table_->cell_energy[static_cast<int>(volume_)](cells, nodes, begin, end);
+        });
+    }
+    return energy;
+}
+
+template <class T>
+void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters,
+                          std::span<const PrescribedComponent<T>> prescribed, long count) const {
+    const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
+    const bool driven = is_driven(parameters);
+    // The integrating kernel leaves the forces zero for the next step.
+    allocate_forces(state);
+    const auto nodes = node_arrays(state);
+    for (long i = 0; i < count; ++i) {
+        accumulate(nodes);
+        for_each_piece(0, layout_.size(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            table_->integrate[driven](nodes, constants, begin, end);
+        });
+        Body<T>::set_prescribed(state, prescribed);
+    }
+}
+
+template <class T>
+PlanDescription NetworkBody<T>::describe() const {
+    PlanDescription d;
+    d.instruction_set = table_->instruction_set;
+    d.layout = "coloured-soa";
+    d.kernel = std::string("network_springs<") + (accuracy_ == Accuracy::fast ? "fast" : "exact") + ">";
+    if (volume_ != kernels::Volume::none) {
+        d.kernel += std::string(" + network_cells<") +
+                    (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
+    }
+    d.precision = precision_name<T>();
+    d.threads = this->workers().threads();
+    d.nodes = layout_.node_count;
+    d.springs = layout_.spring_count;
+    d.cells = layout_.cell_count;
+    d.bytes = layout_.bytes();
+    d.tiles = layout_.springs.color_begin.size() + layout_.cells.color_begin.size() - 2;
+    return d;
+}
+
+template class NetworkBody<float>;
+template class NetworkBody<double>;
+
+} // namespace hybmss

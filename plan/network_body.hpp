@@ -1,0 +1,54 @@
+#pragma once
+
+#include "kernels/kernel_table.hpp"
+#include "layouts/colored_soa.hpp"
+#include "plan/body.hpp"
+
+namespace hybmss {
+
+/// A network in the layout coloured-soa: colours run one after the other, the blocks of a colour in parallel.
+///
+/// Within a colour every node is written once at most, so neither the order of blocks nor the threads change a bit.
+template <class T>
+class NetworkBody final : public Body<T> {
+public:
+    NetworkBody(const Network& network, const PlanOptions& options);
+
+    std::span<const double> masses() const override { return layout_.masses; }
+    std::span<const NodeRun> runs() const override { return {&run_, 1}; }
+    std::size_t index_of(std::size_t node) const override { return node; }
+    double length_unit() const override { return 1; }
+    double critical_time_step() const override { return critical_time_step_; }
+    PlanDescription describe() const override;
+
+    State<T> make_state(bool moving) const override;
+    void compute_forces(State<T>& state) const override;
+    PotentialEnergy energy(State<T>& state) const override;
+    void step(State<T>& state, const StepParameters& parameters, std::span<const PrescribedComponent<T>> prescribed,
+              long count) const override;
+
+private:
+    kernels::NetworkSprings<T> spring_arrays() const;
+    kernels::NetworkCells<T> cell_arrays() const;
+    kernels::NodeArrays<T> node_arrays(State<T>& state) const;
+    void allocate_forces(State<T>& state) const;
+    /// Adds all forces to arrays that are zero.
+    void accumulate(const kernels::NodeArrays<T>& nodes) const;
+    /// Calls visit(begin, end) on pieces of [begin, end), several at a time; the pieces do not depend on the threads.
+    template <class Visit>
+    void for_each_piece(std::size_t begin, std::size_t end, const Visit& visit) const;
+    template <class Visit>
+    double sum_over_pieces(std::size_t size, const Visit& visit) const;
+
+    ColoredSoa<T> layout_;
+    NodeRun run_;
+    const kernels::KernelTable<T>* table_;
+    kernels::Volume volume_;
+    Accuracy accuracy_;
+    double critical_time_step_;
+};
+
+extern template class NetworkBody<float>;
+extern template class NetworkBody<double>;
+
+} // namespace hybmss

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/plan_options.hpp"
+#include "kernels/arguments.hpp"
+
+#include <string>
+#include <type_traits>
+
+namespace hybmss {
+
+/// `energy` resolved, not automatic.
+kernels::Volume kernel_volume(VolumeEnergy energy);
+
+/// "<face_diagonals, quadratic, fast>"
+std::string kernel_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy);
+
+template <class T>
+std::string precision_name() {
+    return std::is_same_v<T, float> ? "float" : "double";
+}
+
+/// Whether a step needs more than forces.
+bool is_driven(const StepParameters& parameters);
+
+/// The constants of a step for a state in units of `length_unit` m. Throws std::invalid_argument for a bad time step or damping.
+template <class T>
+kernels::StepConstants<T> step_constants(const StepParameters& parameters, double length_unit);
+
+} // namespace hybmss

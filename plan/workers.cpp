@@ -1,0 +1,56 @@
+#include "plan/workers.hpp"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace hybmss {
+
+struct Workers::Arena {
+    explicit Arena(int threads) : arena(threads) {}
+    tbb::task_arena arena;
+};
+
+Workers::Workers(int threads) : threads_(threads) {
+    if (threads > 1) {
+        arena_ = std::make_unique<Arena>(threads);
+    }
+}
+Workers::Workers(Workers&&) noexcept = default;
+Workers::~Workers() = default;
+
+void Workers::run(std::size_t count, const std::function<void(std::size_t, std::size_t)>& piece) const {
+    if (!arena_ || count <= 1) {
+        for (std::size_t i = 0; i < count; ++i) {
+            piece(i, 0);
+        }
+        return;
+    }
+    arena_->arena.execute([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(0, count, 1),
+            [&](const tbb::blocked_range<std::size_t>& range) {
+                const auto worker = static_cast<std::size_t>(tbb::this_task_arena::current_thread_index());
+                for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                    piece(i, worker);
+                }
+            },
+            tbb::simple_partitioner());
+    });
+}
+
+int useful_threads(int wanted, std::size_t nodes) {
+    if (wanted < 0) {
+        throw std::invalid_argument("threads = " + std::to_string(wanted) +
+                                    " is not allowed: it must be at least 0 (0: all of the machine)");
+    }
+    constexpr std::size_t kNodesPerThread = 4096;
+    const auto useful = static_cast<int>(std::min<std::size_t>(1 + nodes / kNodesPerThread, 1024));
+    return std::min(wanted == 0 ? tbb::info::default_concurrency() : wanted, useful);
+}
+
+} // namespace hybmss
