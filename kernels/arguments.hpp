@@ -35,9 +35,9 @@ struct StepConstants {
 
 /// One layer of cells of a lattice and the node planes below and above it.
 ///
-/// Lengths are in units of the cell edge: u / h. A node plane is `row` = nx + 1 nodes wide; it takes `lanes` elements, a
-/// multiple of kMaxWidth. Cells are numbered like the node at their low corner; those in the last column, in the last row
-/// and in the padding are void (stiffness zero), so that one flat loop over the lanes covers a layer:
+/// Lengths are in units of the cell edge: u / h. A node plane is `row` = nx + 1 nodes wide; it takes `lanes` elements,
+/// a multiple of kMaxWidth. Cells are numbered like the node at their low corner; those in the last column, in the last
+/// row and in the padding are void (stiffness zero), so that one flat loop over the lanes covers a layer:
 ///
 ///     y ^   o---o---o---o     nodes n + row ...        every cell n has its corners at
 ///       |   | 3 | 4 | v |                              n, n + 1, n + row, n + row + 1 and the same + plane
@@ -57,8 +57,8 @@ struct LatticeLayer {
     /// Stiffness times h, per cell number: the edges along x, y, z from its low corner; the face diagonals of its low
     /// faces normal to z, y, x; the cube diagonals.
     const T* stiffness[7];
-    T* partial[3]; ///< forces on the lower plane, from the layer below and this one
-    T* above[3];   ///< forces on the upper plane, from this layer; set, not added to
+    T* partial[3];  ///< forces on the lower plane, from the layer below and this one
+    T* above[3];    ///< forces on the upper plane, from this layer; set, not added to
     T volume_ratio; ///< kappa h^2 / (32 k_c h): the volume force's constant by the cube diagonal's
     StepConstants<T> step;
 };

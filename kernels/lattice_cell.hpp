@@ -82,7 +82,7 @@ struct CellSpring {
     HYBMSS_INLINE static V stretch(const Vector3<V>& du) {
         V along = signed_sum<rx, true>(du.x, du.x);
         along = signed_sum<ry, rx == 0>(along, du.y);
-        along = signed_sum<rz, rx == 0 && ry == 0>(along, du.z);
+        along = signed_sum < rz, rx == 0 && ry == 0 > (along, du.z);
         const V square = dot(du, du);
         if constexpr (kLength2 == 1) {
             return multiply_add(splat<V>(2), along, square);

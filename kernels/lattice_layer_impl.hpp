@@ -8,13 +8,15 @@ namespace {
 /// Displacements of a row of node vectors, and of their neighbours one further in x.
 template <class V, class T>
 HYBMSS_INLINE void load_row(const LatticeLayer<T>& layer, std::ptrdiff_t n, Vector3<V>& low, Vector3<V>& high) {
-    low = {load_lanes<V>(layer.displacement[0] + n), load_lanes<V>(layer.displacement[1] + n), load_lanes<V>(layer.displacement[2] + n)};
+    low = {load_lanes<V>(layer.displacement[0] + n), load_lanes<V>(layer.displacement[1] + n),
+           load_lanes<V>(layer.displacement[2] + n)};
     high = {load_lanes<V>(layer.displacement[0] + n + 1), load_lanes<V>(layer.displacement[1] + n + 1),
             load_lanes<V>(layer.displacement[2] + n + 1)};
 }
 
-/// The force that a row of nodes gets from the corners on both its sides: the low corners of the cells at it, and, one lane
-/// further, the high corners. Merged in registers, because two overlapping read-modify-writes stall on store forwarding.
+/// The force that a row of nodes gets from the corners on both its sides: the low corners of the cells at it, and, one
+/// lane further, the high corners. Merged in registers, because two overlapping read-modify-writes stall on store
+/// forwarding.
 template <class V>
 HYBMSS_INLINE Vector3<V> merge_columns(const Vector3<V>& low, const Vector3<V>& high, Vector3<V>& carry) {
     const Vector3<V> sum = {low.x + shift_in(carry.x, high.x), low.y + shift_in(carry.y, high.y),
@@ -66,9 +68,9 @@ HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, 
 
 /// One layer of cells: adds to `partial`, finishes its nodes, sets `above`.
 ///
-/// A node is used only by cells at or before it, so the nodes of a vector are finished, and may be integrated in place, as
-/// soon as the sweep has passed. The upper rows are written before the lower ones are read: with rows shorter than a vector
-/// they overlap.
+/// A node is used only by cells at or before it, so the nodes of a vector are finished, and may be integrated in place,
+/// as soon as the sweep has passed. The upper rows are written before the lower ones are read: with rows shorter than a
+/// vector they overlap.
 template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
 void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
     using T = Scalar<V>;
@@ -143,7 +145,7 @@ LayerEnergy lattice_energy(const LatticeLayer<Scalar<V>>& layer) {
 #define HYBMSS_ENERGY(a, b, rx, ry, rz, kind)                                                                          \
     {                                                                                                                  \
         using Spring = CellSpring<rx, ry, rz>;                                                                         \
-        const V k = load_lanes<V>(layer.stiffness[kind] + n) * splat<V>(Scalar<V>(0.5 * Spring::kLength2));                  \
+        const V k = load_lanes<V>(layer.stiffness[kind] + n) * splat<V>(Scalar<V>(0.5 * Spring::kLength2));            \
         springs = multiply_add(k, squared_strain(Spring::stretch(u[b] - u[a])), springs);                              \
     }
         if constexpr (top) {

@@ -26,7 +26,8 @@ constexpr void set_accuracy(KernelTable<Scalar<V>>& table) {
     auto& top = table.top[face_diagonals][static_cast<int>(accuracy)];
     top[static_cast<int>(Finish::store)] = lattice_top<face_diagonals, accuracy, Finish::store, V>;
     top[static_cast<int>(Finish::integrate)] = lattice_top<face_diagonals, accuracy, Finish::integrate, V>;
-    top[static_cast<int>(Finish::integrate_driven)] = lattice_top<face_diagonals, accuracy, Finish::integrate_driven, V>;
+    top[static_cast<int>(Finish::integrate_driven)] =
+        lattice_top<face_diagonals, accuracy, Finish::integrate_driven, V>;
 }
 
 template <bool face_diagonals, Volume volume, class V>

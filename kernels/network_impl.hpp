@@ -62,14 +62,16 @@ HYBMSS_INLINE HexahedronVolume<V> hexahedron_volume(const NetworkCells<T>& cells
     const auto scaled = [&](const Vector3<V>& v) { return Vector3<V>{quarter * v.x, quarter * v.y, quarter * v.z}; };
     const Vector3<V> da = scaled((d0 - d1) + (d2 - d3)), db = scaled(sum01 - sum23), dc = scaled(sum01 + sum23);
     const auto rest = [&](int edge) {
-        return Vector3<V>{load_lanes<V>(cells.rest_edge[3 * edge] + i), load_lanes<V>(cells.rest_edge[3 * edge + 1] + i),
+        return Vector3<V>{load_lanes<V>(cells.rest_edge[3 * edge] + i),
+                          load_lanes<V>(cells.rest_edge[3 * edge + 1] + i),
                           load_lanes<V>(cells.rest_edge[3 * edge + 2] + i)};
     };
     const Vector3<V> a0 = rest(0), b0 = rest(1), c0 = rest(2);
     const Vector3<V> a = a0 + da, b = b0 + db, c = c0 + dc;
     HexahedronVolume<V> cell{cross(b, c), cross(c, a), cross(a, b), {}};
     // V' - V0 = da.(b x c) + a0.(db x c) + a0.(b0 x dc), each term of the first order in the displacement.
-    cell.dilation = (dot(da, cell.bc) + dot(a0, cross(db, c) + cross(b0, dc))) * load_lanes<V>(cells.inverse_volume + i);
+    cell.dilation =
+        (dot(da, cell.bc) + dot(a0, cross(db, c) + cross(b0, dc))) * load_lanes<V>(cells.inverse_volume + i);
     return cell;
 }
 
@@ -103,7 +105,8 @@ double network_spring_energy(const NetworkSprings<Scalar<V>>& springs, const Nod
     for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
         Vector3<V> rest, du;
         const V s = spring_stretch<V>(springs, nodes, i, rest, du);
-        const V k = splat<V>(T(0.5)) * load_lanes<V>(springs.stiffness + i) / load_lanes<V>(springs.inverse_length2 + i);
+        const V k =
+            splat<V>(T(0.5)) * load_lanes<V>(springs.stiffness + i) / load_lanes<V>(springs.inverse_length2 + i);
         energy += sum_in_double(k * squared_strain(s));
     }
     return energy;

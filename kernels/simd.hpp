@@ -164,8 +164,8 @@ HYBMSS_INLINE V shift_in(V previous, V current) {
     }
 #elif defined(__SSE2__)
     if constexpr (Traits<V>::kFloat) {
-        return _mm_castsi128_ps(_mm_or_si128(_mm_slli_si128(_mm_castps_si128(current), 4),
-                                             _mm_srli_si128(_mm_castps_si128(previous), 12)));
+        return _mm_castsi128_ps(
+            _mm_or_si128(_mm_slli_si128(_mm_castps_si128(current), 4), _mm_srli_si128(_mm_castps_si128(previous), 12)));
     } else {
         return _mm_shuffle_pd(previous, current, 0x1);
     }
@@ -214,12 +214,15 @@ HYBMSS_INLINE void scatter_lanes(V v, Scalar<V>* base, const std::int32_t* index
 #endif
 }
 
-/// `a` rounded to a multiple of 2^-bits; |a| must stay below 2^(digits - bits - 2).
+/// `a` with its fraction rounded to the given number of bits: to a multiple of 2^-bits just above 1, of half as much
+/// below. By integer addition, which carries into the exponent as it should.
 template <int bits, class V>
-HYBMSS_INLINE V round_to_bits(V a) {
-    constexpr int kFractionDigits = Traits<V>::kFloat ? 23 : 52;
-    const V magic = splat<V>(Scalar<V>(1.5) * static_cast<Scalar<V>>(std::int64_t{1} << (kFractionDigits - bits)));
-    return (a + magic) - magic;
+HYBMSS_INLINE V round_fraction(V a) {
+    constexpr int kDropped = (Traits<V>::kFloat ? 23 : 52) - bits;
+    using Word = std::conditional_t<Traits<V>::kFloat, std::int32_t, std::int64_t>;
+    using Integer = xsimd::batch<Word, typename Traits<V>::Arch>;
+    const Integer half(Word(1) << (kDropped - 1)), mask(~((Word(1) << kDropped) - 1));
+    return xsimd::bitwise_cast<V>((xsimd::bitwise_cast<Integer>(a) + half) & mask);
 }
 
 /// cbrt(a) to a relative error below 4 %, by dividing the exponent by three; a in [2^-120, 2^120].

@@ -8,9 +8,9 @@ namespace {
 
 /// cbrt(1 + j) - 1 for 1 + j >= 1/8, with a small relative error as j goes to zero.
 ///
-/// Halley's step improves the seed c; c is rounded to a grid coarser than its error, so that y = c - 1 is exactly 0 near
-/// j = 0; the residual R = (1 + j) - c^3 = j - y (3 + y (3 + y)) has no cancellation, and one more step of the third order,
-/// c R / (3 c^3 + R), adds the rest. Double takes a last Newton step.
+/// Halley's step improves the seed c; c is rounded to a grid coarser than its error, so that y = c - 1 is exactly 0
+/// near j = 0; the residual R = (1 + j) - c^3 = j - y (3 + y (3 + y)) has no cancellation, and one more step of the
+/// third order, c R / (3 c^3 + R), adds the rest. Double takes a last Newton step.
 template <class V>
 HYBMSS_INLINE V cube_root_minus_one(V j) {
     using T = Scalar<V>;
@@ -19,7 +19,7 @@ HYBMSS_INLINE V cube_root_minus_one(V j) {
     const V seed = cube_root_seed(x);
     const V seed3 = seed * seed * seed;
     const V halley = seed * multiply_add(k(2.0), x, seed3) / multiply_add(k(2.0), seed3, x);
-    const V c = round_to_bits<13>(halley);
+    const V c = round_fraction<12>(halley);
     const V y = c - k(1.0);
     const V residual = subtract_product(y, multiply_add(y, y + k(3.0), k(3.0)), j);
     const V root = y + c * residual / multiply_add(k(3.0) * c, c * c, residual);

@@ -20,7 +20,7 @@ class AlignedArray {
 public:
     AlignedArray() = default;
     explicit AlignedArray(std::size_t size)
-        : size_(size), data_(static_cast<T*>(::operator new(size * sizeof(T), std::align_val_t{64}))) {
+        : size_(size), data_(static_cast<T*>(::operator new (size * sizeof(T), std::align_val_t{64}))) {
         std::fill_n(data_.get(), size, T{});
     }
 
@@ -33,7 +33,7 @@ public:
 
 private:
     struct Delete {
-        void operator()(T* p) const { ::operator delete(p, std::align_val_t{64}); }
+        void operator()(T* p) const { ::operator delete (p, std::align_val_t{64}); }
     };
     std::size_t size_ = 0;
     std::unique_ptr<T, Delete> data_;

@@ -9,8 +9,8 @@
 
 namespace hybmss {
 
-/// The layout "coloured-soa" of a network: structures of arrays, springs and cells sorted by colour, each colour padded to
-/// whole vectors.
+/// The layout "coloured-soa" of a network: structures of arrays, springs and cells sorted by colour, each colour padded
+/// to whole vectors.
 ///
 ///     springs: | colour 0 ........ pad | colour 1 .... pad | ...     no node twice within a colour
 ///     nodes:   | 0 ... N - 1 | 16 dummies, one a lane, where the padding springs and cells begin and end |

@@ -16,12 +16,13 @@ struct NodeRun {
     std::size_t length;
 };
 
-/// The layout "flat-rows": every grid node has a place, connectivity is a sum of strides, void cells have stiffness zero.
+/// The layout "flat-rows": every grid node has a place, connectivity is a sum of strides, void cells have stiffness
+/// zero.
 ///
 ///     plane 0: row 0 | row 1 | ... | row ny | zeros to `plane`;  plane 1: ...;  plane nz
 ///
-/// Rows are nx + 1 nodes long and not padded (a padded row costs more lanes than it saves); planes are padded so that they
-/// start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
+/// Rows are nx + 1 nodes long and not padded (a padded row costs more lanes than it saves); planes are padded so that
+/// they start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
 template <class T>
 struct FlatRows {
     FlatRows(const Lattice& lattice, const Material& material);
@@ -31,11 +32,11 @@ struct FlatRows {
     std::size_t plane;  ///< distance of planes
     std::size_t planes; ///< nz + 1
     double cell_size;
-    AlignedArray<T> stiffness[7]; ///< k h, N; see kernels::LatticeLayer
-    AlignedArray<T> inverse_mass; ///< 1 / (m h); 0 at void nodes
-    T volume_ratio;               ///< kappa h^2 / (32 k_c h)
-    std::vector<double> masses;   ///< kg, one a node of the body
-    std::vector<NodeRun> runs;    ///< ascending, none longer than a plane
+    AlignedArray<T> stiffness[7];        ///< k h, N; see kernels::LatticeLayer
+    AlignedArray<T> inverse_mass;        ///< 1 / (m h); 0 at void nodes
+    T volume_ratio;                      ///< kappa h^2 / (32 k_c h)
+    std::vector<double> masses;          ///< kg, one a node of the body
+    std::vector<NodeRun> runs;           ///< ascending, none longer than a plane
     std::vector<std::size_t> plane_runs; ///< the first run of each plane; one more entry at the end
     std::size_t node_count = 0;
 

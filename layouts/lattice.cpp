@@ -11,8 +11,9 @@ namespace {
 void check_shape(const std::array<int, 3>& cells, double cell_size) {
     for (int n : cells) {
         if (n < 1) {
-            throw std::invalid_argument("cells = [" + std::to_string(cells[0]) + ", " + std::to_string(cells[1]) + ", " +
-                                        std::to_string(cells[2]) + "] is not allowed: each count must be at least 1");
+            throw std::invalid_argument("cells = [" + std::to_string(cells[0]) + ", " + std::to_string(cells[1]) +
+                                        ", " + std::to_string(cells[2]) +
+                                        "] is not allowed: each count must be at least 1");
         }
     }
     // Node numbers are 32 bits wide, and sums of their strides must fit too.
@@ -137,11 +138,13 @@ SpringCounts Lattice::merged_springs(bool face_diagonals) const {
     for (int k = 0; k <= cells_[2]; ++k) {
         for (int j = 0; j <= cells_[1]; ++j) {
             for (int i = 0; i <= cells_[0]; ++i) {
-                const bool c = filled(i, j, k), x = filled(i - 1, j, k), y = filled(i, j - 1, k), z = filled(i, j, k - 1);
+                const bool c = filled(i, j, k), x = filled(i - 1, j, k), y = filled(i, j - 1, k),
+                           z = filled(i, j, k - 1);
                 counts.edges += c || y || z || filled(i, j - 1, k - 1);
                 counts.edges += c || x || z || filled(i - 1, j, k - 1);
                 counts.edges += c || x || y || filled(i - 1, j - 1, k);
-                counts.face_diagonals += face_diagonals ? 2u * (static_cast<unsigned>(c || x) + (c || y) + (c || z)) : 0u;
+                counts.face_diagonals +=
+                    face_diagonals ? 2u * (static_cast<unsigned>(c || x) + (c || y) + (c || z)) : 0u;
                 counts.cube_diagonals += c ? 4 : 0;
             }
         }

@@ -16,7 +16,8 @@ struct Offset {
     int x, y, z;
 };
 
-/// The kinds of springs that start at a grid node, and the cells around each: those cells' low corners relative to the node.
+/// The kinds of springs that start at a grid node, and the cells around each: those cells' low corners relative to the
+/// node.
 struct SpringKind {
     Offset from, to;
     Offset cells[4];
@@ -72,9 +73,11 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
             if (scales * share > 0) {
                 const auto a = lattice.grid_node_index(i + kind.from.x, j + kind.from.y, k + kind.from.z);
                 const auto b = lattice.grid_node_index(i + kind.to.x, j + kind.to.y, k + kind.to.z);
-                network.springs.push_back({number[a], number[b], scales * share,
-                                           {h * (kind.to.x - kind.from.x), h * (kind.to.y - kind.from.y),
-                                            h * (kind.to.z - kind.from.z)}});
+                network.springs.push_back(
+                    {number[a],
+                     number[b],
+                     scales * share,
+                     {h * (kind.to.x - kind.from.x), h * (kind.to.y - kind.from.y), h * (kind.to.z - kind.from.z)}});
             }
         }
     };
@@ -110,7 +113,8 @@ void validate(const Network& network) {
     }
     for (std::size_t n = 0; n < network.masses.size(); ++n) {
         if (!(network.masses[n] > 0) || !std::isfinite(network.masses[n])) {
-            refuse("mass of node", n, std::to_string(network.masses[n]) + " is not allowed: it must be finite and above 0");
+            refuse("mass of node", n,
+                   std::to_string(network.masses[n]) + " is not allowed: it must be finite and above 0");
         }
         for (double x : network.rest_positions[n]) {
             if (!std::isfinite(x)) {

@@ -18,9 +18,9 @@ using NodeField = AlignedArray<T>[3];
 /// What changes while a body is used: one for every execution at a time.
 template <class T>
 struct State {
-    NodeField<T> displacement; ///< in the body's length unit
-    NodeField<T> velocity;     ///< likewise, per s; empty unless the body moves
-    NodeField<T> force;        ///< N; empty until forces are asked for
+    NodeField<T> displacement;            ///< in the body's length unit
+    NodeField<T> velocity;                ///< likewise, per s; empty unless the body moves
+    NodeField<T> force;                   ///< N; empty until forces are asked for
     std::vector<AlignedArray<T>> buffers; ///< the body's own
 
     std::size_t bytes() const;
@@ -71,7 +71,6 @@ public:
 protected:
     explicit Body(Workers workers) : workers_(std::move(workers)) {}
     const Workers& workers() const { return workers_; }
-
 
 private:
     void check_size(std::size_t size) const;

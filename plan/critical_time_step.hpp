@@ -6,8 +6,8 @@
 
 namespace hybmss {
 
-/// 2 / omega with omega^2 the largest eigenvalue of one cell's stiffness by its share of the masses: no assembly of cells
-/// has a larger one (Irons and Treharne's theorem on element eigenvalues), so the step is stable near rest.
+/// 2 / omega with omega^2 the largest eigenvalue of one cell's stiffness by its share of the masses: no assembly of
+/// cells has a larger one (Irons and Treharne's theorem on element eigenvalues), so the step is stable near rest.
 double lattice_critical_time_step(const Lattice& lattice, const Material& material);
 
 /// 2 / omega with omega^2 bounded by the largest row sum of M^-1 K (Gershgorin), each 3x3 block by its norm.

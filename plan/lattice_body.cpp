@@ -12,8 +12,8 @@ using kernels::StepConstants;
 
 namespace {
 
-/// Slabs of at least four layers, at most sixteen of them: a join costs about a twentieth of a layer, and two slabs a thread
-/// suffice to even out the load.
+/// Slabs of at least four layers, at most sixteen of them: a join costs about a twentieth of a layer, and two slabs a
+/// thread suffice to even out the load.
 std::vector<std::size_t> divide_into_slabs(std::size_t layers) {
     const std::size_t slabs = std::clamp<std::size_t>(layers / 4, 1, 16);
     std::vector<std::size_t> begin;
@@ -123,9 +123,8 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
 
 template <class T>
 void LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T>& step) const {
-    this->workers().run(slabs(), [&](std::size_t slab, std::size_t worker) {
-        sweep_slab(state, slab, worker, finish, step);
-    });
+    this->workers().run(slabs(),
+                        [&](std::size_t slab, std::size_t worker) { sweep_slab(state, slab, worker, finish, step); });
     this->workers().run(slabs() - 1, [&](std::size_t join, std::size_t) {
         Layer layer = layer_at(state, slab_begin_[join + 1]);
         layer.step = step;

@@ -8,9 +8,9 @@ namespace hybmss {
 
 /// A lattice in the layout flat-rows, swept layer by layer.
 ///
-/// The layers of cells are divided into slabs, by the body alone, so that results do not depend on the threads. Slabs meet
-/// in a plane of nodes: the upper slab leaves what it adds there in the state, the lower one in a buffer, and when all
-/// slabs are done the two sums are joined and the plane is finished.
+/// The layers of cells are divided into slabs, by the body alone, so that results do not depend on the threads. Slabs
+/// meet in a plane of nodes: the upper slab leaves what it adds there in the state, the lower one in a buffer, and when
+/// all slabs are done the two sums are joined and the plane is finished.
 template <class T>
 class LatticeBody final : public Body<T> {
 public:

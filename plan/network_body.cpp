@@ -9,8 +9,9 @@ namespace hybmss {
 
 template <class T>
 NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(useful_threads(options.threads, network.masses.size()))), layout_(network),
-      run_{0, 0, layout_.node_count}, table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+    : Body<T>(Workers(useful_threads(options.threads, network.masses.size()))),
+      layout_(network), run_{0, 0, layout_.node_count},
+      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
       accuracy_(options.accuracy), critical_time_step_(network_critical_time_step(network)) {}
 
@@ -137,9 +138,10 @@ PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
     });
     if (volume_ != kernels::Volume::none) {
         const auto cells = cell_arrays();
-        energy.volume = sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            return table_->cell_energy[static_cast<int>(volume_)](cells, nodes, begin, end);
-        });
+        energy.volume =
+            sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+                return table_->cell_energy[static_cast<int>(volume_)](cells, nodes, begin, end);
+            });
     }
     return energy;
 }

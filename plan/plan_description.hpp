@@ -23,7 +23,8 @@ std::string precision_name() {
 /// Whether a step needs more than forces.
 bool is_driven(const StepParameters& parameters);
 
-/// The constants of a step for a state in units of `length_unit` m. Throws std::invalid_argument for a bad time step or damping.
+/// The constants of a step for a state in units of `length_unit` m. Throws std::invalid_argument for a bad time step or
+/// damping.
 template <class T>
 kernels::StepConstants<T> step_constants(const StepParameters& parameters, double length_unit);
 

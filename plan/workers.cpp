@@ -1,17 +1,24 @@
 #include "plan/workers.hpp"
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
 namespace hybmss {
 
 struct Workers::Arena {
-    explicit Arena(int threads) : arena(threads) {}
+    // oneTBB starts no more threads than the machine has cores, and says so on stderr, unless it is told to.
+    explicit Arena(int threads)
+        : limit(tbb::global_control::max_allowed_parallelism,
+                static_cast<std::size_t>(std::max(threads, tbb::info::default_concurrency()))),
+          arena(threads) {}
+    tbb::global_control limit;
     tbb::task_arena arena;
 };
 
@@ -48,7 +55,7 @@ int useful_threads(int wanted, std::size_t nodes) {
         throw std::invalid_argument("threads = " + std::to_string(wanted) +
                                     " is not allowed: it must be at least 0 (0: all of the machine)");
     }
-    constexpr std::size_t kNodesPerThread = 4096;
+    constexpr std::size_t kNodesPerThread = 2048;
     const auto useful = static_cast<int>(std::min<std::size_t>(1 + nodes / kNodesPerThread, 1024));
     return std::min(wanted == 0 ? tbb::info::default_concurrency() : wanted, useful);
 }

@@ -16,8 +16,9 @@ public:
 
     int threads() const { return threads_; }
 
-    /// Calls piece(index, worker) for every index below `count`, each once, in any order; worker < threads() is the same for
-    /// at most one piece at a time. Returns when all are done. May be called from several threads at the same time.
+    /// Calls piece(index, worker) for every index below `count`, each once, in any order; worker < threads() is the
+    /// same for at most one piece at a time. Returns when all are done. May be called from several threads at the same
+    /// time.
     void run(std::size_t count, const std::function<void(std::size_t index, std::size_t worker)>& piece) const;
 
 private:
@@ -26,8 +27,8 @@ private:
     std::unique_ptr<Arena> arena_;
 };
 
-/// The threads a body of `nodes` nodes takes, of the `wanted` (0: all of the machine): a small body's pieces are shorter
-/// than the time it takes to hand them out.
+/// The threads a body of `nodes` nodes takes, of the `wanted` (0: all of the machine): a small body's pieces are
+/// shorter than the time it takes to hand them out.
 int useful_threads(int wanted, std::size_t nodes);
 
 } // namespace hybmss

@@ -14,9 +14,9 @@ namespace hybmss {
 
 /// What acts on every node in one step, besides the internal forces.
 struct StepParameters {
-    double time_step = 0;                          ///< s, > 0
+    double time_step = 0;                           ///< s, > 0
     std::array<double, 3> acceleration = {0, 0, 0}; ///< gravity, m/s^2
-    double mass_damping = 0;                       ///< c in 1/s, >= 0: the force -c m v, taken implicitly
+    double mass_damping = 0;                        ///< c in 1/s, >= 0: the force -c m v, taken implicitly
 };
 
 /// A node whose displacement and velocity are given, along the named axes only; the other axes stay free.
@@ -45,7 +45,8 @@ public:
     /// Replaces the list of prescribed nodes; their state is set at once, and again after every step.
     void prescribe(std::span<const PrescribedNode> nodes);
 
-    /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, or a negative damping.
+    /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, or a negative
+    /// damping.
     void step(const StepParameters& parameters, long count = 1);
 
     void get_displacements(VectorField<T> out) const;

@@ -35,8 +35,8 @@ public:
 
     std::size_t node_count() const;
 
-    /// Adds to `force` (N) the internal force at the displacements u = x - X (m). Both fields have node_count() nodes in
-    /// the body's node order; they must not overlap. Throws std::invalid_argument where a size differs.
+    /// Adds to `force` (N) the internal force at the displacements u = x - X (m). Both fields have node_count() nodes
+    /// in the body's node order; they must not overlap. Throws std::invalid_argument where a size differs.
     void add_forces(VectorField<const T> displacement, VectorField<T> force) const;
 
     /// The energy (J) at the displacements, summed in double.

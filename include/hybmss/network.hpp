@@ -31,7 +31,8 @@ struct Network {
     std::vector<Cell> cells;
     VolumeEnergy volume_energy = VolumeEnergy::quadratic; ///< quadratic or mean_stretch, for all cells
 
-    /// The lattice's body with shared springs merged; nodes in the lattice's order, springs with zero stiffness left out.
+    /// The lattice's body with shared springs merged; nodes in the lattice's order, springs with zero stiffness left
+    /// out.
     static Network from_lattice(const Lattice& lattice, const Material& material);
 };
 

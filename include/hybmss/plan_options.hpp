@@ -18,7 +18,8 @@ struct PlanOptions {
     /// from it); for a network: "coloured-soa".
     std::string layout;
     Accuracy accuracy = Accuracy::fast;
-    /// Worker threads at most, >= 0; 0 for all of the machine. A small body takes fewer. The results do not depend on it.
+    /// Worker threads at most, >= 0; 0 for all of the machine. A small body takes fewer. The results do not depend on
+    /// it.
     int threads = 0;
 };
 

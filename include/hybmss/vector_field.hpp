@@ -8,7 +8,8 @@
 
 namespace hybmss {
 
-/// Component c of node n is at c[n * stride], for c in {x, y, z}. Nothing is owned; nothing beyond `size` nodes is touched.
+/// Component c of node n is at c[n * stride], for c in {x, y, z}. Nothing is owned; nothing beyond `size` nodes is
+/// touched.
 template <class T>
 struct VectorField {
     T* x = nullptr;
@@ -24,11 +25,7 @@ struct VectorField {
         return {xyz, xyz + 1, xyz + 2, stride, size};
     }
 
-    operator VectorField<const T>() const
-        requires(!std::is_const_v<T>)
-    {
-        return {x, y, z, stride, size};
-    }
+    operator VectorField<const T>() const requires(!std::is_const_v<T>) { return {x, y, z, stride, size}; }
 };
 
 } // namespace hybmss

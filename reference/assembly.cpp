@@ -1,0 +1,156 @@
+#include "reference/assembly.hpp"
+#include "reference/constants.hpp"
+#include "reference/volume_energy.hpp"
+
+#include <bit>
+#include <map>
+#include <utility>
+
+namespace hybmss::reference {
+namespace {
+
+/// The grid indices of a cell's corners, in corner order.
+std::array<std::size_t, 8> corner_grid_nodes(const std::array<int, 3>& cells, int i, int j, int k) {
+    const auto row = static_cast<std::size_t>(cells[0] + 1);
+    const auto rows = static_cast<std::size_t>(cells[1] + 1);
+    std::array<std::size_t, 8> corners{};
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        const std::size_t x = static_cast<std::size_t>(i) + (corner & 1);
+        const std::size_t y = static_cast<std::size_t>(j) + (corner >> 1 & 1);
+        const std::size_t z = static_cast<std::size_t>(k) + (corner >> 2 & 1);
+        corners[corner] = x + row * (y + rows * z);
+    }
+    return corners;
+}
+
+template <class Visit>
+void for_each_filled_cell(const Lattice& lattice, Visit visit) {
+    const auto [nx, ny, nz] = lattice.cells();
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                if (lattice.cell_scale(i, j, k) > 0) {
+                    visit(corner_grid_nodes(lattice.cells(), i, j, k),
+                          static_cast<double>(lattice.cell_scale(i, j, k)));
+                }
+            }
+        }
+    }
+}
+
+/// Numbers the grid nodes that touch a cell, in grid order; -1 for the others.
+std::vector<int> number_nodes(const Lattice& lattice) {
+    const auto [nx, ny, nz] = lattice.cells();
+    std::vector<int> number(
+        static_cast<std::size_t>(nx + 1) * static_cast<std::size_t>(ny + 1) * static_cast<std::size_t>(nz + 1), -1);
+    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double) {
+        for (std::size_t corner : corners) {
+            number[corner] = 0;
+        }
+    });
+    int next = 0;
+    for (int& n : number) {
+        if (n == 0) {
+            n = next++;
+        }
+    }
+    return number;
+}
+
+Cell make_cell(const std::vector<Vector3d>& rest, const std::array<int, 8>& nodes, double cell_kappa) {
+    std::array<Vector3d, 8> corners;
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        corners[corner] = rest[static_cast<std::size_t>(nodes[corner])];
+    }
+    return {nodes, mean_edges(corners), cell_kappa};
+}
+
+} // namespace
+
+VolumeEnergy resolve_volume_energy(const Material& material) {
+    const double modulus = kappa(material.young_modulus, material.poisson_ratio);
+    if (modulus == 0) {
+        return VolumeEnergy::none;
+    }
+    if (material.volume_energy == VolumeEnergy::automatic) {
+        return modulus > 0 ? VolumeEnergy::quadratic : VolumeEnergy::mean_stretch;
+    }
+    return material.volume_energy;
+}
+
+// Each cell of scale s adds s k_e/4 to its 12 edges, s k_f/2 to its 12 face diagonals and s k_c to its 4 cube diagonals
+// (section 5.4), and rho h^3/8 to the mass of its 8 corners.
+Body assemble(const Lattice& lattice, const Material& material) {
+    const double h = lattice.cell_size();
+    const double ratio = material.face_diagonal_ratio;
+    const double modulus = shear_modulus(material.young_modulus, material.poisson_ratio);
+    // A cell's share, by the number of axes along which a spring's ends differ.
+    const double share[4] = {0, edge_stiffness(modulus, ratio, h) / 4, face_diagonal_stiffness(modulus, ratio, h) / 2,
+                             cube_diagonal_stiffness(modulus, ratio, h)};
+    const double cell_kappa = kappa(material.young_modulus, material.poisson_ratio);
+
+    Body body;
+    body.volume_energy = resolve_volume_energy(material);
+    const std::vector<int> number = number_nodes(lattice);
+    const auto row = static_cast<std::size_t>(lattice.cells()[0] + 1);
+    const auto rows = static_cast<std::size_t>(lattice.cells()[1] + 1);
+    for (std::size_t grid = 0; grid < number.size(); ++grid) {
+        if (number[grid] >= 0) {
+            body.rest.push_back(h * Vector3d(static_cast<double>(grid % row), static_cast<double>(grid / row % rows),
+                                             static_cast<double>(grid / row / rows)));
+        }
+    }
+    body.mass.assign(body.rest.size(), 0.0);
+
+    std::map<std::pair<int, int>, Spring> springs;
+    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double scale) {
+        std::array<int, 8> nodes{};
+        for (std::size_t c = 0; c < 8; ++c) {
+            nodes[c] = number[corners[c]];
+            body.mass[static_cast<std::size_t>(nodes[c])] += material.density * h * h * h / 8;
+        }
+        for (unsigned low = 0; low < 8; ++low) {
+            for (unsigned high = low + 1; high < 8; ++high) {
+                const double stiffness = share[std::popcount(low ^ high)] * scale;
+                if (stiffness == 0) {
+                    continue;
+                }
+                const auto axis = [&](unsigned bit) {
+                    return h * (static_cast<double>(high >> bit & 1) - static_cast<double>(low >> bit & 1));
+                };
+                const Vector3d rest_vector(axis(0), axis(1), axis(2));
+                const int a = nodes[low], b = nodes[high]; // a < b: corners ascend in the grid's order
+                springs.try_emplace({a, b}, Spring{a, b, rest_vector, 0.0}).first->second.stiffness += stiffness;
+            }
+        }
+        if (body.volume_energy != VolumeEnergy::none) {
+            body.cells.push_back({nodes, h * Matrix3d::Identity(), cell_kappa * scale});
+        }
+    });
+    for (const auto& entry : springs) {
+        body.springs.push_back(entry.second);
+    }
+    return body;
+}
+
+Body assemble(const Network& network) {
+    Body body;
+    body.mass = network.masses;
+    for (const auto& x : network.rest_positions) {
+        body.rest.emplace_back(x[0], x[1], x[2]);
+    }
+    for (const Network::Spring& s : network.springs) {
+        const Vector3d rest_vector(s.rest_vector[0], s.rest_vector[1], s.rest_vector[2]);
+        body.springs.push_back({s.a, s.b, rest_vector, s.stiffness});
+    }
+    if (network.volume_energy == VolumeEnergy::none || network.cells.empty()) {
+        return body;
+    }
+    body.volume_energy = network.volume_energy;
+    for (const Network::Cell& cell : network.cells) {
+        body.cells.push_back(make_cell(body.rest, cell.nodes, cell.kappa));
+    }
+    return body;
+}
+
+} // namespace hybmss::reference

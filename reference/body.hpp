@@ -1,0 +1,39 @@
+#pragma once
+
+/// \file
+/// A body as the equations see it: nodes, springs, hexahedral cells. SI units.
+
+#include "hybmss/material.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <vector>
+
+namespace hybmss::reference {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+struct Spring {
+    int a, b;
+    Vector3d rest_vector; ///< X_b - X_a, m; its length is the rest length
+    double stiffness;     ///< N/m
+};
+
+/// A hexahedron. Corner number bits: bit 0 = high side in x, bit 1 = y, bit 2 = z.
+struct Cell {
+    std::array<int, 8> nodes;
+    Matrix3d rest_edges; ///< columns a0, b0, c0: the means of the four parallel edges at rest, m
+    double kappa;        ///< Pa
+};
+
+struct Body {
+    std::vector<Vector3d> rest; ///< rest positions X, m
+    std::vector<double> mass;   ///< kg, one a node
+    std::vector<Spring> springs;
+    std::vector<Cell> cells; ///< those with a volume energy; empty where volume_energy is `none`
+    VolumeEnergy volume_energy = VolumeEnergy::none; ///< never `automatic`
+};
+
+} // namespace hybmss::reference

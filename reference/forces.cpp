@@ -1,0 +1,123 @@
+#include "reference/forces.hpp"
+#include "reference/spring_energy.hpp"
+#include "reference/volume_energy.hpp"
+
+namespace hybmss::reference {
+namespace {
+
+std::size_t index(int node) {
+    return static_cast<std::size_t>(node);
+}
+
+Vector3d relative(const Spring& spring, std::span<const Vector3d> u) {
+    return u[index(spring.b)] - u[index(spring.a)];
+}
+
+Corners gather(const Cell& cell, std::span<const Vector3d> u) {
+    Corners corners;
+    for (std::size_t c = 0; c < 8; ++c) {
+        corners[c] = u[index(cell.nodes[c])];
+    }
+    return corners;
+}
+
+} // namespace
+
+// W = sum over springs of 1/2 k (|d| - l)^2 + sum over cells of kappa V0 phi(J)
+Energy energy(const Body& body, std::span<const Vector3d> u) {
+    Energy sum;
+    for (const Spring& s : body.springs) {
+        sum.springs += spring_energy(s.stiffness, s.rest_vector, relative(s, u));
+    }
+    for (const Cell& cell : body.cells) {
+        sum.volume += cell_energy(body.volume_energy, cell, gather(cell, u));
+    }
+    return sum;
+}
+
+// f = -dW/du
+std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u) {
+    std::vector<Vector3d> f(body.rest.size(), Vector3d::Zero());
+    for (const Spring& s : body.springs) {
+        const Vector3d on_a = spring_force(s.stiffness, s.rest_vector, relative(s, u));
+        f[index(s.a)] += on_a;
+        f[index(s.b)] -= on_a;
+    }
+    for (const Cell& cell : body.cells) {
+        const Corners on_corners = cell_forces(body.volume_energy, cell, gather(cell, u));
+        for (std::size_t c = 0; c < 8; ++c) {
+            f[index(cell.nodes[c])] += on_corners[c];
+        }
+    }
+    return f;
+}
+
+std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {
+    std::vector<double> scale(body.rest.size(), 0.0);
+    for (const Spring& s : body.springs) {
+        const double magnitude = spring_force_scale(s.stiffness, s.rest_vector, relative(s, u));
+        scale[index(s.a)] += magnitude;
+        scale[index(s.b)] += magnitude;
+    }
+    for (const Cell& cell : body.cells) {
+        const double magnitude = cell_force_scale(body.volume_energy, cell, gather(cell, u));
+        for (int node : cell.nodes) {
+            scale[index(node)] += magnitude;
+        }
+    }
+    return scale;
+}
+
+// K p, block by block: a spring gives +-H (p_b - p_a), a cell its 24 x 24 block times its corners' p
+std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p) {
+    std::vector<Vector3d> product(body.rest.size(), Vector3d::Zero());
+    for (const Spring& s : body.springs) {
+        const Vector3d on_b = spring_hessian(s.stiffness, s.rest_vector, relative(s, u)) * relative(s, p);
+        product[index(s.a)] -= on_b;
+        product[index(s.b)] += on_b;
+    }
+    for (const Cell& cell : body.cells) {
+        const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
+        for (std::size_t i = 0; i < 8; ++i) {
+            for (std::size_t j = 0; j < 8; ++j) {
+                product[index(cell.nodes[i])] +=
+                    block.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) *
+                    p[index(cell.nodes[j])];
+            }
+        }
+    }
+    return product;
+}
+
+Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> u) {
+    std::vector<Eigen::Triplet<double>> entries;
+    const auto add = [&](int row_node, int column_node, const Matrix3d& block) {
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+                entries.emplace_back(3 * row_node + i, 3 * column_node + j, block(i, j));
+            }
+        }
+    };
+    for (const Spring& s : body.springs) {
+        const Matrix3d block = spring_hessian(s.stiffness, s.rest_vector, relative(s, u));
+        add(s.a, s.a, block);
+        add(s.b, s.b, block);
+        add(s.a, s.b, -block);
+        add(s.b, s.a, -block);
+    }
+    for (const Cell& cell : body.cells) {
+        const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
+        for (std::size_t i = 0; i < 8; ++i) {
+            for (std::size_t j = 0; j < 8; ++j) {
+                add(cell.nodes[i], cell.nodes[j],
+                    block.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)));
+            }
+        }
+    }
+    const auto size = static_cast<Eigen::Index>(3 * body.rest.size());
+    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
+}
+
+} // namespace hybmss::reference

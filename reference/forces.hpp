@@ -1,0 +1,37 @@
+#pragma once
+
+/// \file
+/// Energy, forces and second derivatives of a whole body at nodal displacements u = x - X (m, one a node).
+
+#include "reference/body.hpp"
+
+#include <Eigen/SparseCore>
+
+#include <span>
+#include <vector>
+
+namespace hybmss::reference {
+
+/// J.
+struct Energy {
+    double springs = 0;
+    double volume = 0;
+    double total() const { return springs + volume; }
+};
+
+Energy energy(const Body& body, std::span<const Vector3d> u);
+
+/// Internal forces -dW/du, N, one a node.
+std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u);
+
+/// For each node the sum, N, of the magnitudes of all spring and volume forces on it, with what cancels inside each of
+/// them taken by absolute values too: the scale that rounding errors of computed forces are measured by.
+std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u);
+
+/// K p with K = d^2 W / du^2, N for p in m.
+std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p);
+
+/// K itself, N/m; row and column 3 node + axis.
+Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> u);
+
+} // namespace hybmss::reference

@@ -1,0 +1,197 @@
+#include "reference/volume_energy.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss::reference {
+namespace {
+
+/// +1 on the high side of the axis, -1 on the low side.
+double side(std::size_t corner, std::size_t axis) {
+    return corner >> axis & 1 ? 1.0 : -1.0;
+}
+
+Matrix3d cross_matrix(const Vector3d& v) {
+    Matrix3d m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+}
+
+/// Below J = 1/8 (a mean stretch of one half) the mean-stretch energy goes on linearly.
+bool is_crushed(double j) {
+    return j < -7.0 / 8.0;
+}
+
+} // namespace
+
+// quadratic:     phi = 1/2 (J - 1)^2                                       (5.1)
+// mean stretch:  phi = 9/2 (cbrt(J) - 1)^2;  below J = 1/8: phi(1/8) - 6 (J - 1/8), phi(1/8) = 9/8
+double phi(VolumeEnergy energy, double j) {
+    switch (energy) {
+    case VolumeEnergy::quadratic:
+        return 0.5 * j * j;
+    case VolumeEnergy::mean_stretch: {
+        if (is_crushed(j)) {
+            return 9.0 / 8.0 - 6.0 * (j + 7.0 / 8.0);
+        }
+        const double stretch = std::expm1(std::log1p(j) / 3); // cbrt(J) - 1
+        return 4.5 * stretch * stretch;
+    }
+    default:
+        return 0;
+    }
+}
+
+// quadratic:     phi' = J - 1
+// mean stretch:  phi' = 3 (c - 1) / c^2, c = cbrt(J);  below J = 1/8: -6
+double phi_derivative(VolumeEnergy energy, double j) {
+    switch (energy) {
+    case VolumeEnergy::quadratic:
+        return j;
+    case VolumeEnergy::mean_stretch: {
+        if (is_crushed(j)) {
+            return -6;
+        }
+        const double stretch = std::expm1(std::log1p(j) / 3);
+        const double c = 1 + stretch;
+        return 3 * stretch / (c * c);
+    }
+    default:
+        return 0;
+    }
+}
+
+// quadratic:     phi'' = 1
+// mean stretch:  phi'' = (2 - c) / c^5;  below J = 1/8: 0
+double phi_second_derivative(VolumeEnergy energy, double j) {
+    switch (energy) {
+    case VolumeEnergy::quadratic:
+        return 1;
+    case VolumeEnergy::mean_stretch: {
+        if (is_crushed(j)) {
+            return 0;
+        }
+        const double c = std::cbrt(1 + j);
+        return (2 - c) / (c * c * c * c * c);
+    }
+    default:
+        return 0;
+    }
+}
+
+// (5.14)  a = 1/4 sum over corners of +-x, + on the high side of x, - on the low side; b and c likewise in y and z
+Matrix3d mean_edges(const Corners& corners) {
+    // Differences along each edge first: a common translation then drops out before anything is summed.
+    Matrix3d edges = Matrix3d::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t low = 0; low < 8; ++low) {
+            const std::size_t high = low | std::size_t{1} << axis;
+            if (high != low) {
+                edges.col(static_cast<Eigen::Index>(axis)) += (corners[high] - corners[low]) / 4;
+            }
+        }
+    }
+    return edges;
+}
+
+// (5.13)  V' = a . (b x c)
+double volume(const Matrix3d& edges) {
+    return edges.col(0).dot(edges.col(1).cross(edges.col(2)));
+}
+
+// V0 (J - 1) = a . (b x c) - a0 . (b0 x c0) = da . (b x c) + a0 . (db x c) + a0 . (b0 x dc)
+double volume_ratio_change(const Matrix3d& rest_edges, const Matrix3d& edge_change) {
+    const Vector3d a0 = rest_edges.col(0), b0 = rest_edges.col(1), c0 = rest_edges.col(2);
+    const Vector3d da = edge_change.col(0), db = edge_change.col(1), dc = edge_change.col(2);
+    const Vector3d b = b0 + db, c = c0 + dc;
+    return (da.dot(b.cross(c)) + a0.dot(db.cross(c)) + a0.dot(b0.cross(dc))) / volume(rest_edges);
+}
+
+// dV'/dx_i = 1/4 (+-(b x c) +- (c x a) +- (a x b)), sign + on the high side of x, y, z, - on the low side
+Corners volume_gradient(const Matrix3d& edges) {
+    const Vector3d a = edges.col(0), b = edges.col(1), c = edges.col(2);
+    Corners gradient;
+    for (std::size_t i = 0; i < 8; ++i) {
+        gradient[i] = (side(i, 0) * b.cross(c) + side(i, 1) * c.cross(a) + side(i, 2) * a.cross(b)) / 4;
+    }
+    return gradient;
+}
+
+// d^2 V' / dx_i dx_j = 1/16 sum over e != f of s_e(i) s_f(j) d^2 V' / de df,  e, f in {a, b, c}, with
+// d^2 V' / da db = -[c]x,  d^2 V' / db dc = -[a]x,  d^2 V' / dc da = -[b]x  and their transposes
+Matrix24d volume_hessian(const Matrix3d& edges) {
+    Matrix24d hessian = Matrix24d::Zero();
+    for (std::size_t e = 0; e < 3; ++e) {
+        const std::size_t f = (e + 1) % 3, other = (e + 2) % 3;
+        const Matrix3d block = -cross_matrix(edges.col(static_cast<Eigen::Index>(other)));
+        for (std::size_t i = 0; i < 8; ++i) {
+            for (std::size_t j = 0; j < 8; ++j) {
+                const auto row = static_cast<Eigen::Index>(3 * i), column = static_cast<Eigen::Index>(3 * j);
+                hessian.block<3, 3>(row, column) += side(i, e) * side(j, f) / 16 * block;
+                hessian.block<3, 3>(row, column) += side(i, f) * side(j, e) / 16 * block.transpose();
+            }
+        }
+    }
+    return hessian;
+}
+
+// W = kappa V0 phi(J)
+double cell_energy(VolumeEnergy energy, const Cell& cell, const Corners& u) {
+    const double j = volume_ratio_change(cell.rest_edges, mean_edges(u));
+    return cell.kappa * volume(cell.rest_edges) * phi(energy, j);
+}
+
+// f_i = -kappa phi'(J) dV'/dx_i
+Corners cell_forces(VolumeEnergy energy, const Cell& cell, const Corners& u) {
+    const Matrix3d change = mean_edges(u);
+    const double j = volume_ratio_change(cell.rest_edges, change);
+    Corners forces = volume_gradient(cell.rest_edges + change);
+    for (Vector3d& f : forces) {
+        f *= -cell.kappa * phi_derivative(energy, j);
+    }
+    return forces;
+}
+
+// d^2 W / dx_i dx_j = kappa [ phi''/V0 (dV'/dx_i)(dV'/dx_j)^T + phi' d^2 V'/dx_i dx_j ]
+Matrix24d cell_hessian(VolumeEnergy energy, const Cell& cell, const Corners& u) {
+    const Matrix3d change = mean_edges(u);
+    const double j = volume_ratio_change(cell.rest_edges, change);
+    const Corners gradient = volume_gradient(cell.rest_edges + change);
+    Eigen::Matrix<double, 24, 1> g;
+    for (std::size_t i = 0; i < 8; ++i) {
+        g.segment<3>(static_cast<Eigen::Index>(3 * i)) = gradient[i];
+    }
+    const double curvature = phi_second_derivative(energy, j) / volume(cell.rest_edges);
+    return cell.kappa *
+           (curvature * g * g.transpose() + phi_derivative(energy, j) * volume_hessian(cell.rest_edges + change));
+}
+
+// |kappa| (|phi'| + |phi''| j*) sqrt(|b|^2 |c|^2 + |c|^2 |a|^2 + |a|^2 |b|^2) / 4,  V0 j* = |da|.|b x c| + |db|.|c x
+// a0| + |dc|.|a0 x b0|, component by component: j* is J - 1 without the cancellation inside and between its terms, |da|
+// the mean of the absolute changes of the four edges. An edge that collapses keeps the size of its change, which it is
+// rounded by.
+double cell_force_scale(VolumeEnergy energy, const Cell& cell, const Corners& u) {
+    const Matrix3d change = mean_edges(u);
+    Matrix3d size = Matrix3d::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t low = 0; low < 8; ++low) {
+            const std::size_t high = low | std::size_t{1} << axis;
+            size.col(static_cast<Eigen::Index>(axis)) += (u[high] - u[low]).cwiseAbs() / 4;
+        }
+    }
+    const Matrix3d edges = cell.rest_edges + change;
+    const Vector3d a0 = cell.rest_edges.col(0), b0 = cell.rest_edges.col(1), b = edges.col(1), c = edges.col(2);
+    const double j_terms = (size.col(0).dot(b.cross(c).cwiseAbs()) + size.col(1).dot(c.cross(a0).cwiseAbs()) +
+                            size.col(2).dot(a0.cross(b0).cwiseAbs())) /
+                           volume(cell.rest_edges);
+    const auto length = [&](Eigen::Index axis) { return std::max(edges.col(axis).norm(), size.col(axis).norm()); };
+    const Vector3d areas(length(1) * length(2), length(2) * length(0), length(0) * length(1));
+    const double j = volume_ratio_change(cell.rest_edges, change);
+    return std::abs(cell.kappa) *
+           (std::abs(phi_derivative(energy, j)) + std::abs(phi_second_derivative(energy, j)) * j_terms) * areas.norm() /
+           4;
+}
+
+} // namespace hybmss::reference

@@ -1,0 +1,49 @@
+#pragma once
+
+/// \file
+/// The volume energy kappa V0 phi(J) of one hexahedral cell, J = V'/V0. All in terms of j = J - 1, so that small volume
+/// changes keep their digits.
+
+#include "reference/body.hpp"
+
+#include <array>
+
+namespace hybmss::reference {
+
+/// Corner positions or displacements of a cell, in corner order.
+using Corners = std::array<Vector3d, 8>;
+using Matrix24d = Eigen::Matrix<double, 24, 24>;
+
+/// phi(J), phi'(J), phi''(J) at J = 1 + j. `energy` is quadratic or mean_stretch (`none` gives zero).
+double phi(VolumeEnergy energy, double j);
+double phi_derivative(VolumeEnergy energy, double j);
+double phi_second_derivative(VolumeEnergy energy, double j);
+
+/// (5.14): columns a, b, c, each the mean of four parallel edges. Linear: displacements give the edges' change.
+Matrix3d mean_edges(const Corners& corners);
+
+/// (5.13): V' = a . (b x c), m^3.
+double volume(const Matrix3d& edges);
+
+/// J - 1 from the rest edges and their change, without cancellation.
+double volume_ratio_change(const Matrix3d& rest_edges, const Matrix3d& edge_change);
+
+/// dV'/dx_i for each corner, m^2: (5.16) with the factor 1/4 that the printed paper lacks.
+Corners volume_gradient(const Matrix3d& edges);
+
+/// d^2 V'/dx_i dx_j, m; row and column 3 corner + axis.
+Matrix24d volume_hessian(const Matrix3d& edges);
+
+/// The cell's energy, J, at the corner displacements u, m.
+double cell_energy(VolumeEnergy energy, const Cell& cell, const Corners& u);
+
+/// The forces on the corners, N.
+Corners cell_forces(VolumeEnergy energy, const Cell& cell, const Corners& u);
+
+/// The second derivatives of the cell's energy, N/m.
+Matrix24d cell_hessian(VolumeEnergy energy, const Cell& cell, const Corners& u);
+
+/// The magnitude of a corner's force, N, with the terms that may cancel inside it taken by their absolute values.
+double cell_force_scale(VolumeEnergy energy, const Cell& cell, const Corners& u);
+
+} // namespace hybmss::reference

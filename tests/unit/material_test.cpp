@@ -1,0 +1,109 @@
+#include "hybmss/material.hpp"
+#include "random_bodies.hpp"
+#include "reference/assembly.hpp"
+#include "reference/constants.hpp"
+#include "refusal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace hybmss::testing {
+namespace {
+
+// A few roundings each.
+constexpr double kTolerance = 8 * std::numeric_limits<double>::epsilon();
+
+TEST(Material, HandComputedConstants) {
+    // E = 10,000, nu = 1/4: G = 4,000 and kappa = 0. h = 1/2 and A = 1: k_c = 6,000/7, k_f = k_c, k_e = 22,000/7.
+    const Material material{1e4, 0.25, 1000, 1};
+    EXPECT_DOUBLE_EQ(shear_modulus(material), 4000);
+    EXPECT_EQ(volume_modulus(material), 0);
+    const SpringConstants k = spring_constants(material, 0.5);
+    EXPECT_DOUBLE_EQ(k.cube_diagonal, 6000.0 / 7);
+    EXPECT_DOUBLE_EQ(k.face_diagonal, 6000.0 / 7);
+    EXPECT_DOUBLE_EQ(k.edge, 22000.0 / 7);
+    // nu = 0: G = 5,000, kappa = -G.
+    EXPECT_DOUBLE_EQ(volume_modulus({1e4, 0, 1000, 1}), -5000);
+}
+
+TEST(Material, LibraryAndReferenceAgree) {
+    for (const Material& m : materials()) {
+        SCOPED_TRACE(describe(m));
+        const double g = reference::shear_modulus(m.young_modulus, m.poisson_ratio), h = 0.3;
+        const SpringConstants k = spring_constants(m, h);
+        EXPECT_NEAR(shear_modulus(m), g, kTolerance * g);
+        const double kappa = reference::kappa(m.young_modulus, m.poisson_ratio);
+        EXPECT_NEAR(volume_modulus(m), kappa, kTolerance * std::abs(kappa));
+        const double r = m.face_diagonal_ratio;
+        EXPECT_NEAR(k.edge, reference::edge_stiffness(g, r, h), kTolerance * k.edge);
+        EXPECT_NEAR(k.face_diagonal, reference::face_diagonal_stiffness(g, r, h), kTolerance * k.face_diagonal);
+        EXPECT_NEAR(k.cube_diagonal, reference::cube_diagonal_stiffness(g, r, h), kTolerance * k.cube_diagonal);
+    }
+}
+
+TEST(Material, SpringConstantsAreIsotropicAndCarryTheShearModulus) {
+    const double h = 0.7;
+    for (const Material& m : materials()) {
+        SCOPED_TRACE(describe(m));
+        const SpringConstants k = spring_constants(m, h);
+        EXPECT_NEAR(k.edge, 8.0 / 3 * k.cube_diagonal + k.face_diagonal, kTolerance * k.edge); // (5.10)
+        const double g = shear_modulus(m);
+        EXPECT_NEAR((4.0 / 3 * k.cube_diagonal + k.face_diagonal) / h, g, kTolerance * g); // (5.11)
+        EXPECT_NEAR(k.face_diagonal, m.face_diagonal_ratio * k.cube_diagonal, kTolerance * k.face_diagonal);
+    }
+}
+
+TEST(Material, InverseRelationsGiveBackTheModuli) {
+    const double e = 2e6;
+    for (double nu : kPoissonRatios) {
+        SCOPED_TRACE(nu);
+        const double g = reference::shear_modulus(e, nu), kappa = reference::kappa(e, nu);
+        EXPECT_NEAR(reference::young_modulus(g, kappa), e, 1e-12 * e);
+        EXPECT_NEAR(reference::poisson_ratio(g, kappa), nu, 1e-12);
+        const double bulk = e / (3 * (1 - 2 * nu));
+        EXPECT_NEAR(reference::bulk_modulus(g, kappa), bulk, 1e-12 * bulk);
+    }
+}
+
+TEST(Material, VolumeEnergyFollowsTheSignOfKappa) {
+    for (const auto resolve : {resolved_volume_energy, reference::resolve_volume_energy}) {
+        for (double nu : {-0.9, -0.5, 0.0, 0.2499}) {
+            EXPECT_EQ(resolve({1e4, nu}), VolumeEnergy::mean_stretch) << nu;
+        }
+        for (double nu : {0.2501, 0.3, 0.45, 0.4999}) {
+            EXPECT_EQ(resolve({1e4, nu}), VolumeEnergy::quadratic) << nu;
+        }
+        for (VolumeEnergy energy : {VolumeEnergy::automatic, VolumeEnergy::quadratic, VolumeEnergy::mean_stretch}) {
+            EXPECT_EQ(resolve({1e4, 0.25, 1000, 1, energy}), VolumeEnergy::none);
+        }
+        for (VolumeEnergy energy : {VolumeEnergy::quadratic, VolumeEnergy::mean_stretch, VolumeEnergy::none}) {
+            EXPECT_EQ(resolve({1e4, 0.0, 1000, 1, energy}), energy);
+            EXPECT_EQ(resolve({1e4, 0.4, 1000, 1, energy}), energy);
+        }
+    }
+}
+
+TEST(Material, RefusesWhatIsOutOfRange) {
+    const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+    EXPECT_NO_THROW(validate(Material{}));
+    EXPECT_NO_THROW(validate({1e-3, -0.999, 1e-3, 0}));
+    for (double e : {0.0, -1.0, nan, infinity}) {
+        expect_refusal([&] { validate({e, 0.25, 1000, 1}); }, {"young_modulus = ", "not allowed", "above 0"});
+    }
+    for (double nu : {-1.0, 0.5, 0.7, nan}) {
+        expect_refusal([&] { validate({1e4, nu, 1000, 1}); }, {"poisson_ratio = ", "not allowed", "(-1, 0.5)"});
+    }
+    for (double density : {0.0, -5.0, nan, infinity}) {
+        expect_refusal([&] { validate({1e4, 0.25, density, 1}); }, {"density = ", "not allowed", "above 0"});
+    }
+    for (double ratio : {-0.1, nan, infinity}) {
+        expect_refusal([&] { validate({1e4, 0.25, 1000, ratio}); }, {"face_diagonal_ratio = ", "at least 0"});
+    }
+    expect_refusal([] { validate({-3, 0.25, 1000, 1}); }, {"young_modulus = -3 "});
+    expect_refusal([] { validate({1e4, 0.5, 1000, 1}); }, {"poisson_ratio = 0.5 "});
+}
+
+} // namespace
+} // namespace hybmss::testing

@@ -1,0 +1,108 @@
+// Forces keep their digits at tiny strains: against the position form, straight from the equations, in long double.
+#include "random_bodies.hpp"
+#include "reference/assembly.hpp"
+#include "reference/forces.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hybmss::testing {
+namespace {
+
+using Vector3l = Eigen::Matrix<long double, 3, 1>;
+using Matrix3l = Eigen::Matrix<long double, 3, 3>;
+
+std::vector<Vector3l> forces_in_long_double(const reference::Body& body, const std::vector<Vector3d>& u) {
+    std::vector<Vector3l> x, f(u.size(), Vector3l::Zero());
+    for (std::size_t n = 0; n < u.size(); ++n) {
+        x.push_back(body.rest[n].cast<long double>() + u[n].cast<long double>());
+    }
+    for (const reference::Spring& s : body.springs) {
+        const auto a = static_cast<std::size_t>(s.a), b = static_cast<std::size_t>(s.b);
+        const Vector3l d = x[b] - x[a];
+        const long double l = (body.rest[b].cast<long double>() - body.rest[a].cast<long double>()).norm();
+        const Vector3l on_a = static_cast<long double>(s.stiffness) * (1 - l / d.norm()) * d;
+        f[a] += on_a;
+        f[b] -= on_a;
+    }
+    for (const reference::Cell& cell : body.cells) {
+        Matrix3l edges = Matrix3l::Zero(), rest = Matrix3l::Zero();
+        const auto side = [](std::size_t corner, int axis) { return corner >> axis & 1 ? 1.0L : -1.0L; };
+        for (std::size_t c = 0; c < 8; ++c) {
+            const auto n = static_cast<std::size_t>(cell.nodes[c]);
+            for (int axis = 0; axis < 3; ++axis) {
+                edges.col(axis) += side(c, axis) / 4 * x[n];
+                rest.col(axis) += side(c, axis) / 4 * body.rest[n].cast<long double>();
+            }
+        }
+        const long double j = edges.determinant() / rest.determinant(), c1 = std::cbrt(j);
+        const long double slope = body.volume_energy == VolumeEnergy::quadratic ? j - 1 : 3 * (c1 - 1) / (c1 * c1);
+        const Vector3l a = edges.col(0), b = edges.col(1), c = edges.col(2);
+        for (std::size_t i = 0; i < 8; ++i) {
+            f[static_cast<std::size_t>(cell.nodes[i])] -=
+                static_cast<long double>(cell.kappa) * slope / 4 *
+                (side(i, 0) * b.cross(c) + side(i, 1) * c.cross(a) + side(i, 2) * a.cross(b));
+        }
+    }
+    return f;
+}
+
+TEST(SmallStrainAccuracy, ForcesAgreeWithLongDouble) {
+    if (std::numeric_limits<long double>::digits < 64) {
+        GTEST_SKIP() << "long double has no more digits than double here";
+    }
+    unsigned seed = 1100;
+    for (const Material& material : materials()) {
+        for (double strain : {1e-7, 1e-4, 0.1}) {
+            SCOPED_TRACE("seed " + std::to_string(++seed) + ", strain " + std::to_string(strain) + ", " +
+                         describe(material));
+            Random random(seed);
+            // A cell of 1/2, so that rest positions and edges are exact in both forms.
+            const Lattice lattice = random_lattice(3, 4, 2, 0.5, random);
+            const reference::Body body = reference::assemble(lattice, material);
+            const std::vector<Vector3d> u = random_displacement(body.rest.size(), 0.5 * strain, random);
+            const std::vector<Vector3d> f = reference::forces(body, u);
+            const std::vector<double> scale = reference::force_scale(body, u);
+            const std::vector<Vector3l> exact = forces_in_long_double(body, u);
+            // The position form in long double is itself good to some 1e-19 / strain only.
+            const double tolerance = 4 * std::numeric_limits<double>::epsilon() + 1e-18 / strain;
+            double worst = 0;
+            for (std::size_t n = 0; n < u.size(); ++n) {
+                const double error = static_cast<double>((f[n].cast<long double>() - exact[n]).norm());
+                worst = std::max(worst, error / scale[n]);
+            }
+            EXPECT_LE(worst, tolerance);
+        }
+    }
+}
+
+TEST(SmallStrainAccuracy, ForceScaleIsTheSizeOfTheForces) {
+    // A scale far above the forces would make every tolerance measured by it empty.
+    unsigned seed = 1500;
+    for (const Material& material : materials()) {
+        for (double strain : {1e-7, 1e-3, 0.1, 0.5}) {
+            SCOPED_TRACE("seed " + std::to_string(++seed) + ", strain " + std::to_string(strain) + ", " +
+                         describe(material));
+            Random random(seed);
+            const reference::Body body = reference::assemble(Lattice::box(3, 4, 2, 0.5), material);
+            const std::vector<Vector3d> u = random_displacement(body.rest.size(), 0.5 * strain, random);
+            const std::vector<Vector3d> f = reference::forces(body, u);
+            const std::vector<double> scale = reference::force_scale(body, u);
+            double force_sum = 0, scale_sum = 0;
+            for (std::size_t n = 0; n < u.size(); ++n) {
+                EXPECT_GE(scale[n], f[n].norm());
+                force_sum += f[n].norm();
+                scale_sum += scale[n];
+            }
+            EXPECT_LE(scale_sum, 20 * force_sum);
+        }
+    }
+}
+
+} // namespace
+} // namespace hybmss::testing
