@@ -1,0 +1,98 @@
+#include "app/commands.hpp"
+#include "app/effects.hpp"
+#include "app/plan_arguments.hpp"
+#include "simulation/memory.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+namespace {
+
+using namespace hybmss;
+
+struct ExplainArguments {
+    std::string scene;
+    bool keys = false;
+    PlanArguments plan;
+};
+
+/// Times real steps of the simulation, for a fifth of a second or five steps.
+double seconds_a_step(Simulation& simulation) {
+    simulation.step();
+    const auto start = std::chrono::steady_clock::now();
+    double seconds = 0;
+    long steps = 0;
+    while (seconds < 0.2 || steps < 5) {
+        simulation.step(5);
+        steps += 5;
+        seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+    return seconds / static_cast<double>(steps);
+}
+
+void explain(const ExplainArguments& arguments) {
+    if (arguments.keys) {
+        fmt::print("{}", scene_keys_markdown());
+        return;
+    }
+    if (arguments.scene.empty()) {
+        throw std::invalid_argument("explain: a SCENE file or --keys is needed");
+    }
+    const SimulationOptions options = arguments.plan.options();
+    Simulation simulation(load_scene(arguments.scene), options);
+    const Scene& scene = simulation.scene();
+    const PlanDescription plan = simulation.describe();
+    const SpringCounts unmerged = simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0);
+
+    const auto row = [](std::string_view label, const std::string& value) {
+        fmt::print("  {:<20} {}\n", label, value);
+    };
+    const EffectList effects = effects_of(simulation);
+    fmt::print("effects in\n");
+    for (const Effect& effect : effects.in) {
+        row(effect.name, effect.reason);
+    }
+    fmt::print("effects out\n");
+    for (const Effect& effect : effects.out) {
+        row(effect.name, effect.reason);
+    }
+    fmt::print("body\n");
+    row("cells", fmt::format("{}", simulation.lattice().cell_count()));
+    row("nodes", fmt::format("{}", simulation.node_count()));
+    row("springs", fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)", plan.springs,
+                               unmerged.total()));
+    fmt::print("plan\n");
+    row("kernel", plan.kernel);
+    row("layout", plan.layout);
+    row("instruction set", std::string(name(plan.instruction_set)));
+    row("precision", plan.precision);
+    row("threads", fmt::format("{}", plan.threads));
+    row("tiles", fmt::format("{}", plan.tiles));
+    row("bytes",
+        fmt::format("{} in the plan, about {:.3g} in the whole run", plan.bytes, estimated_bytes(scene.body, options)));
+    fmt::print("time\n");
+    row("critical time step", fmt::format("{:.6g} s", simulation.critical_time_step()));
+    row("time step", fmt::format("{:.6g} s ({})", simulation.time_step(),
+                                 scene.solver.time_step ? "as given" : "chosen: 0.7 of the critical one"));
+    const double steps = std::ceil(scene.solver.duration / simulation.time_step());
+    row("steps", fmt::format("{:.0f}{}", steps, scene.solver.tolerance ? " at most; fewer if the body settles" : ""));
+    const double cost = seconds_a_step(simulation);
+    row("estimated cost",
+        fmt::format("{:.3g} s ({:.3g} us a step, {:.3g} ns a cell and step, measured now)", steps * cost, 1e6 * cost,
+                    1e9 * cost / static_cast<double>(simulation.lattice().cell_count())));
+}
+
+} // namespace
+
+void add_explain_command(CLI::App& app) {
+    const auto arguments = std::make_shared<ExplainArguments>();
+    CLI::App* command = app.add_subcommand("explain", "tell what a scene calls for, and how it would be computed");
+    command->add_option("SCENE", arguments->scene, "scene file (TOML)");
+    command->add_flag("--keys", arguments->keys, "print all keys of the scene format instead, as in docs/scenes.md");
+    arguments->plan.add_to(*command, true);
+    command->callback([arguments] { explain(*arguments); });
+}

@@ -1,0 +1,122 @@
+#include "app/commands.hpp"
+#include "app/plan_arguments.hpp"
+#include "app/vector_csv.hpp"
+#include "reference/assembly.hpp"
+#include "reference/forces.hpp"
+#include "simulation/memory.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+namespace {
+
+using namespace hybmss;
+using Vector3 = std::array<double, 3>;
+
+struct ForcesArguments {
+    std::string scene, displacements, out, kernel;
+    PlanArguments plan;
+};
+
+struct Evaluation {
+    std::vector<Vector3> forces;
+    double springs = 0, volume = 0;
+    nlohmann::ordered_json plan; ///< which kernel it was
+};
+
+template <class T>
+Evaluation evaluate(const Lattice& lattice, const Material& material, const PlanOptions& options,
+                    const std::vector<Vector3>& displacements) {
+    const ForcePlan<T> plan(lattice, material, options);
+    std::vector<T> u, f(3 * displacements.size(), T(0));
+    for (const Vector3& v : displacements) {
+        u.insert(u.end(), {static_cast<T>(v[0]), static_cast<T>(v[1]), static_cast<T>(v[2])});
+    }
+    const auto displacement = VectorField<const T>::aos(u.data(), displacements.size());
+    plan.add_forces(displacement, VectorField<T>::aos(f.data(), displacements.size()));
+    const PotentialEnergy energy = plan.energy(displacement);
+    Evaluation result{{}, energy.springs, energy.volume, {}};
+    for (std::size_t n = 0; n < displacements.size(); ++n) {
+        result.forces.push_back(
+            {static_cast<double>(f[3 * n]), static_cast<double>(f[3 * n + 1]), static_cast<double>(f[3 * n + 2])});
+    }
+    const PlanDescription description = plan.describe();
+    result.plan = {{"kernel", description.kernel},
+                   {"layout", description.layout},
+                   {"instruction_set", name(description.instruction_set)},
+                   {"precision", description.precision},
+                   {"threads", description.threads}};
+    return result;
+}
+
+Evaluation evaluate_reference(const Lattice& lattice, const Material& material,
+                              const std::vector<Vector3>& displacements) {
+    const reference::Body body = reference::assemble(lattice, material);
+    std::vector<reference::Vector3d> u;
+    for (const Vector3& v : displacements) {
+        u.emplace_back(v[0], v[1], v[2]);
+    }
+    const reference::Energy energy = reference::energy(body, u);
+    Evaluation result{{}, energy.springs, energy.volume, {{"kernel", "reference"}, {"precision", "double"}}};
+    for (const reference::Vector3d& f : reference::forces(body, u)) {
+        result.forces.push_back({f[0], f[1], f[2]});
+    }
+    return result;
+}
+
+void forces(const ForcesArguments& arguments) {
+    SimulationOptions options = arguments.plan.options();
+    require_lattice_layout("--kernel", arguments.kernel == "reference" ? "" : arguments.kernel, ", reference");
+    options.plan.layout = arguments.kernel == "reference" ? "" : arguments.kernel;
+    if (arguments.kernel == "reference" && options.precision == Precision::float32) {
+        throw std::invalid_argument("--precision float: the reference kernel computes in double only");
+    }
+    const Scene scene = load_scene(arguments.scene);
+    check_size(scene, options, available_bytes());
+    const auto& cells = scene.body.cells;
+    const Lattice lattice = Lattice::box(static_cast<int>(cells[0]), static_cast<int>(cells[1]),
+                                         static_cast<int>(cells[2]), scene.body.cell_size);
+    const std::size_t nodes = lattice.nodes().size();
+    const std::vector<Vector3> displacements = read_vector_csv(arguments.displacements, nodes);
+
+    const Evaluation result = arguments.kernel == "reference"
+                                  ? evaluate_reference(lattice, scene.material, displacements)
+                              : options.precision == Precision::float32
+                                  ? evaluate<float>(lattice, scene.material, options.plan, displacements)
+                                  : evaluate<double>(lattice, scene.material, options.plan, displacements);
+    double sum = result.springs + result.volume;
+    for (const Vector3& f : result.forces) {
+        sum += f[0] + f[1] + f[2];
+    }
+    if (!std::isfinite(sum)) {
+        throw std::runtime_error(arguments.displacements + ": the forces at these displacements are not finite in " +
+                                 std::string(name(options.precision)));
+    }
+    if (!arguments.out.empty()) {
+        write_vector_csv(arguments.out, result.forces, options.precision == Precision::float32 ? 9 : 17);
+    }
+    nlohmann::ordered_json json = {{"energy", {{"springs", result.springs}, {"volume", result.volume}}}};
+    json.update(result.plan);
+    json["nodes"] = nodes;
+    json["springs"] = lattice.merged_springs(scene.material.face_diagonal_ratio > 0).total();
+    json["cells"] = lattice.cell_count();
+    fmt::print("{}\n", json.dump(2));
+}
+
+} // namespace
+
+void add_forces_command(CLI::App& app) {
+    const auto arguments = std::make_shared<ForcesArguments>();
+    CLI::App* command = app.add_subcommand("forces", "forces and energy of one given state");
+    command->add_option("SCENE", arguments->scene, "scene file (TOML); its body and material are used")->required();
+    command->add_option("--displacements", arguments->displacements, "CSV file, one row x,y,z a node, m")->required();
+    command->add_option("--out", arguments->out, "CSV file for the forces, one row x,y,z a node, N");
+    command->add_option("--kernel", arguments->kernel, "a layout's name, or \"reference\" for the scalar one");
+    arguments->plan.add_to(*command, false);
+    command->callback([arguments] { forces(*arguments); });
+}

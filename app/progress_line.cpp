@@ -1,0 +1,33 @@
+#include "app/progress_line.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace hybmss {
+
+ProgressLine::ProgressLine(std::FILE* stream) : stream_(stream), visible_(isatty(fileno(stream)) == 1) {}
+
+void ProgressLine::show(const Progress& progress) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!visible_ || now - last_ < std::chrono::milliseconds(200)) {
+        return;
+    }
+    last_ = now;
+    shown_ = true;
+    const double left = progress.wall_seconds * static_cast<double>(progress.steps - progress.step) /
+                        static_cast<double>(progress.step);
+    const Energies& e = progress.energies;
+    fmt::print(stream_,
+               "\r\033[Kstep {} of {}, t = {:.4g} s, elastic energy {:.4g} J, kinetic {:.3g} J, at most {:.0f} s left",
+               progress.step, progress.steps, progress.time, e.springs + e.volume, e.kinetic, left);
+    std::fflush(stream_);
+}
+
+void ProgressLine::clear() {
+    if (shown_) {
+        fmt::print(stream_, "\r\033[K");
+        std::fflush(stream_);
+    }
+}
+
+} // namespace hybmss

@@ -1,0 +1,47 @@
+#include "app/summary_table.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+namespace hybmss {
+namespace {
+
+std::string vector_text(const std::array<double, 3>& v) {
+    return fmt::format("{:>12.6g} {:>12.6g} {:>12.6g}", v[0], v[1], v[2]);
+}
+
+} // namespace
+
+std::string summary_table(const Simulation& simulation, const Summary& s) {
+    std::string table;
+    auto out = std::back_inserter(table);
+    const auto row = [&](const char* label, const std::string& value) {
+        out = fmt::format_to(out, "{:<24} {}\n", label, value);
+    };
+    const auto cells = simulation.lattice().cells();
+    row("body", fmt::format("{} x {} x {} cells, {} nodes, {} springs", cells[0], cells[1], cells[2],
+                            simulation.node_count(), s.plan.springs));
+    row("kernel", fmt::format("{}, {}, {}, {}, threads {}", s.plan.kernel, s.plan.layout, name(s.plan.instruction_set),
+                              s.plan.precision, s.plan.threads));
+    row("steps", fmt::format("{} of {:.6g} s (stable: {:.6g} s), t = {:.6g} s", s.steps, s.time_step,
+                             s.critical_time_step, s.time));
+    row("settled", fmt::format("{} (residual {:.3g}, kinetic ratio {:.3g})", s.converged ? "yes" : "no",
+                               s.settlement.residual, s.settlement.kinetic_ratio));
+    row("relative volume change", fmt::format("{:.4f} %", 100 * s.volume.relative_volume_change));
+    row("cell volume ratio",
+        fmt::format("{:.6g} ... {:.6g}", s.volume.min_cell_volume_ratio, s.volume.max_cell_volume_ratio));
+    row("energy (J)", fmt::format("springs {:.6g}, volume {:.6g}, kinetic {:.3g}, external {:.6g}", s.energies.springs,
+                                  s.energies.volume, s.energies.kinetic, s.energies.external));
+    for (const ProbeReading& probe : s.probes) {
+        row(("probe " + probe.name).c_str(), fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z"));
+        row("  force (N)", vector_text(probe.force));
+        row("  torque (N m)", vector_text(probe.torque));
+        row("  mean displacement (m)", vector_text(probe.mean_displacement));
+        row("  max displacement (m)", fmt::format("{:>12.6g}", probe.max_displacement));
+    }
+    row("wall time", fmt::format("{:.3f} s", s.wall_seconds));
+    return table;
+}
+
+} // namespace hybmss

@@ -1,0 +1,84 @@
+#include "bench/bench_row.hpp"
+
+namespace hybmss::bench {
+namespace {
+
+// Table 6: cubes, then bars, each list by rising number of cells.
+constexpr std::array<std::array<int, 3>, 8> kTable6 = {
+    {{10, 10, 10}, {15, 15, 15}, {20, 20, 20}, {30, 30, 30}, {4, 4, 24}, {8, 8, 48}, {10, 10, 60}, {16, 16, 96}}};
+// One mesh that lives in the first cache and one that does not.
+constexpr std::array<std::array<int, 3>, 2> kQuick = {{{10, 10, 10}, {30, 30, 30}}};
+
+} // namespace
+
+std::string name(Model model) {
+    switch (model) {
+    case Model::without_face_diagonals:
+        return "HybMSS-FD";
+    case Model::without_correction_forces:
+        return "HybMSS-CF";
+    default:
+        return "HybMSS";
+    }
+}
+
+std::string name(Precision precision) {
+    return precision == Precision::float32 ? "float" : "double";
+}
+
+std::string mesh_name(const BenchRow& row) {
+    return std::to_string(row.mesh[0]) + "x" + std::to_string(row.mesh[1]) + "x" + std::to_string(row.mesh[2]);
+}
+
+std::string name(const BenchRow& row) {
+    return "step/" + mesh_name(row) + "/" + name(row.model) + "/" + row.layout + "/" +
+           std::string(name(row.instruction_set)) + "/" + name(row.precision) +
+           "/threads:" + std::to_string(row.threads);
+}
+
+Lattice row_lattice(const BenchRow& row) {
+    return Lattice::box(row.mesh[0], row.mesh[1], row.mesh[2], 0.5);
+}
+
+Material row_material(const BenchRow& row) {
+    Material material;
+    material.poisson_ratio = 0.499;
+    material.face_diagonal_ratio = row.model == Model::without_face_diagonals ? 0.0 : 1.0;
+    material.volume_energy =
+        row.model == Model::without_correction_forces ? VolumeEnergy::none : VolumeEnergy::quadratic;
+    return material;
+}
+
+PlanOptions row_options(const BenchRow& row) {
+    PlanOptions options;
+    options.instruction_set = row.instruction_set;
+    options.layout = row.layout == "lattice" ? "flat-rows" : row.layout;
+    options.threads = row.threads;
+    return options;
+}
+
+std::vector<BenchRow> step_rows(const std::vector<InstructionSet>& sets, const std::vector<int>& threads, bool quick) {
+    std::vector<std::array<int, 3>> meshes(kTable6.begin(), kTable6.end());
+    std::vector<Model> models = {Model::hybmss, Model::without_face_diagonals, Model::without_correction_forces};
+    if (quick) {
+        meshes.assign(kQuick.begin(), kQuick.end());
+        models = {Model::hybmss, Model::without_correction_forces};
+    }
+    std::vector<BenchRow> rows;
+    for (const auto& mesh : meshes) {
+        for (Model model : models) {
+            for (const char* layout : {"lattice", "network"}) {
+                for (InstructionSet set : sets) {
+                    for (Precision precision : {Precision::float32, Precision::float64}) {
+                        for (int count : threads) {
+                            rows.push_back({mesh, model, layout, set, precision, count});
+                        }
+                    }
+                }
+            }
+        }
+    }
+    return rows;
+}
+
+} // namespace hybmss::bench

@@ -1,0 +1,50 @@
+#pragma once
+
+/// \file
+/// One row of the benchmark matrix, and the lists of rows.
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+#include "hybmss/plan_options.hpp"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace hybmss::bench {
+
+enum class Precision { float32, float64 };
+
+/// Golec et al.'s three variants, at nu = 0.499.
+enum class Model {
+    hybmss,                   ///< A = 1, volume force
+    without_face_diagonals,   ///< HybMSS-FD: A = 0, volume force
+    without_correction_forces ///< HybMSS-CF: A = 1, springs only
+};
+
+/// What one row measures. Its name holds every field: operation/mesh/model/layout/instruction set/precision/threads.
+struct BenchRow {
+    std::array<int, 3> mesh = {10, 10, 10}; ///< cells
+    Model model = Model::hybmss;
+    std::string layout = "lattice"; ///< "lattice" or "network"
+    InstructionSet instruction_set = InstructionSet::automatic;
+    Precision precision = Precision::float32;
+    int threads = 1;
+};
+
+/// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1".
+std::string name(const BenchRow& row);
+std::string mesh_name(const BenchRow& row); ///< e.g. "10x10x10"
+std::string name(Model model);              ///< "HybMSS", "HybMSS-FD" or "HybMSS-CF"
+std::string name(Precision precision);      ///< "float" or "double"
+
+/// The body, its material and the plan's options that a row asks for.
+Lattice row_lattice(const BenchRow& row);
+Material row_material(const BenchRow& row);
+PlanOptions row_options(const BenchRow& row);
+
+/// Golec et al.'s Table 6 x three models x two layouts x `sets` x two precisions x `threads`.
+/// `quick`: two meshes and two models only.
+std::vector<BenchRow> step_rows(const std::vector<InstructionSet>& sets, const std::vector<int>& threads, bool quick);
+
+} // namespace hybmss::bench

@@ -1,0 +1,54 @@
+#pragma once
+
+/// \file
+/// The code that people would write first: double, arrays of structs, one loop over springs, one over cells.
+/// Every `ratio_to_reference` of the benchmarks is a speed over this code's, measured in the same run.
+
+#include "hybmss/network.hpp"
+
+#include <array>
+#include <vector>
+
+namespace hybmss::bench {
+
+struct Vector3 {
+    double x = 0, y = 0, z = 0;
+};
+
+struct YardstickNode {
+    Vector3 position; ///< m
+    Vector3 velocity; ///< m/s
+    Vector3 force;    ///< N
+    double mass;      ///< kg
+};
+
+struct YardstickSpring {
+    int a, b;
+    double stiffness;   ///< N/m
+    double rest_length; ///< m
+};
+
+struct YardstickCell {
+    std::array<int, 8> nodes;
+    double kappa;       ///< Pa
+    double rest_volume; ///< m^3
+};
+
+/// A body at rest, until somebody moves its nodes.
+struct Yardstick {
+    std::vector<YardstickNode> nodes;
+    std::vector<YardstickSpring> springs;
+    std::vector<YardstickCell> cells;
+    VolumeEnergy volume_energy = VolumeEnergy::quadratic;
+};
+
+/// Nodes, springs and cells in the network's order.
+Yardstick make_yardstick(const Network& network);
+
+/// Sets every node's force (N) from springs and cells.
+void compute_forces(Yardstick& body);
+
+/// Semi-implicit Euler with the damping -c m v taken implicitly: v <- (v + dt f/m) / (1 + dt c), then x <- x + dt v.
+void step(Yardstick& body, double time_step, double mass_damping);
+
+} // namespace hybmss::bench

@@ -1,0 +1,68 @@
+#include "simulation/dynamics_state.hpp"
+
+#include <algorithm>
+
+namespace hybmss {
+namespace {
+
+template <class T>
+std::vector<Vector3> read(const ExplicitDynamics<T>& dynamics, void (ExplicitDynamics<T>::*get)(VectorField<T>) const) {
+    const std::size_t size = dynamics.node_count();
+    std::vector<T> values(3 * size);
+    (dynamics.*get)(VectorField<T>::aos(values.data(), size));
+    std::vector<Vector3> out(size);
+    for (std::size_t n = 0; n < size; ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            out[n][a] = static_cast<double>(values[3 * n + a]);
+        }
+    }
+    return out;
+}
+
+template <class T>
+std::vector<T> interleaved(std::span<const Vector3> in) {
+    std::vector<T> values;
+    values.reserve(3 * in.size());
+    for (const Vector3& v : in) {
+        std::transform(v.begin(), v.end(), std::back_inserter(values), [](double x) { return static_cast<T>(x); });
+    }
+    return values;
+}
+
+template <class T>
+void write(ExplicitDynamics<T>& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {
+    const std::vector<T> u = interleaved<T>(displacements), v = interleaved<T>(velocities);
+    dynamics.set_displacements(VectorField<const T>::aos(u.data(), displacements.size()));
+    dynamics.set_velocities(VectorField<const T>::aos(v.data(), velocities.size()));
+}
+
+} // namespace
+
+AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, const SimulationOptions& options) {
+    if (options.precision == Precision::float32) {
+        return ExplicitDynamics<float>(lattice, material, options.plan);
+    }
+    return ExplicitDynamics<double>(lattice, material, options.plan);
+}
+
+std::vector<Vector3> displacements_of(const AnyDynamics& dynamics) {
+    return std::visit(
+        []<class T>(const ExplicitDynamics<T>& d) { return read(d, &ExplicitDynamics<T>::get_displacements); },
+        dynamics);
+}
+
+std::vector<Vector3> velocities_of(const AnyDynamics& dynamics) {
+    return std::visit(
+        []<class T>(const ExplicitDynamics<T>& d) { return read(d, &ExplicitDynamics<T>::get_velocities); }, dynamics);
+}
+
+std::vector<Vector3> forces_of(const AnyDynamics& dynamics) {
+    return std::visit([]<class T>(const ExplicitDynamics<T>& d) { return read(d, &ExplicitDynamics<T>::get_forces); },
+                      dynamics);
+}
+
+void set_state(AnyDynamics& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {
+    std::visit([&](auto& d) { write(d, displacements, velocities); }, dynamics);
+}
+
+} // namespace hybmss

@@ -1,0 +1,27 @@
+#pragma once
+
+/// \file
+/// The explicit dynamics in either precision, seen in double.
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/simulation.hpp"
+#include "simulation/motion.hpp"
+
+#include <span>
+#include <variant>
+#include <vector>
+
+namespace hybmss {
+
+using AnyDynamics = std::variant<ExplicitDynamics<float>, ExplicitDynamics<double>>;
+
+AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, const SimulationOptions& options);
+
+/// One vector a node: displacements (m), velocities (m/s), internal forces (N).
+std::vector<Vector3> displacements_of(const AnyDynamics& dynamics);
+std::vector<Vector3> velocities_of(const AnyDynamics& dynamics);
+std::vector<Vector3> forces_of(const AnyDynamics& dynamics);
+
+void set_state(AnyDynamics& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities);
+
+} // namespace hybmss

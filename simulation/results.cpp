@@ -1,0 +1,92 @@
+#include "simulation/results.hpp"
+
+#include "simulation/cell_volume.hpp"
+#include "simulation/region.hpp"
+#include "simulation/vtu_file.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+std::filesystem::path made(std::filesystem::path directory) {
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error) {
+        throw std::runtime_error(directory.string() + ": this directory cannot be made: " + error.message());
+    }
+    return directory;
+}
+
+void require_finite(const std::vector<Vector3>& values, const char* what) {
+    for (const Vector3& v : values) {
+        if (!std::isfinite(v[0] + v[1] + v[2])) {
+            throw std::runtime_error(std::string(what) + " is not finite: not written");
+        }
+    }
+}
+
+void append(std::string& row, const Vector3& values) {
+    for (double v : values) {
+        char text[40];
+        std::snprintf(text, sizeof text, ",%.9g", v);
+        row += text;
+    }
+}
+
+} // namespace
+
+Results::Results(std::filesystem::path directory, const Simulation& simulation)
+    : directory_(made(std::move(directory))), simulation_(simulation), cells_(cell_corners(simulation.lattice())),
+      rest_(rest_positions(simulation.lattice())), probes_(directory_ / "probes.csv") {
+    probes_.stream() << "time";
+    for (const Probe& probe : simulation.scene().probes) {
+        for (const char* quantity : {"force", "torque", "mean_displacement"}) {
+            for (char axis : {'x', 'y', 'z'}) {
+                probes_.stream() << "," << probe.name << "." << quantity << "." << axis;
+            }
+        }
+    }
+    probes_.stream() << "\n";
+}
+
+void Results::record() {
+    const std::vector<Vector3> u = simulation_.displacements(), v = simulation_.velocities();
+    require_finite(u, "displacement");
+    require_finite(v, "velocity");
+    std::vector<Vector3> points = rest_;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            points[n][a] += u[n][a];
+        }
+    }
+    std::vector<double> ratios;
+    ratios.reserve(cells_.size());
+    for (const auto& cell : cells_) {
+        ratios.push_back(1 + volume_ratio_minus_one(u, cell, simulation_.lattice().cell_size()));
+    }
+    char name[40];
+    std::snprintf(name, sizeof name, "body_%04zu.vtu", frames_.size());
+    write_vtu(directory_ / name, {points, cells_, u, v, ratios});
+    frames_.emplace_back(simulation_.time(), name);
+
+    char time[40];
+    std::snprintf(time, sizeof time, "%.9g", simulation_.time());
+    std::string row = time;
+    for (const ProbeReading& probe : simulation_.probes()) {
+        append(row, probe.force);
+        append(row, probe.torque);
+        append(row, probe.mean_displacement);
+    }
+    probes_.stream() << row << "\n";
+}
+
+void Results::finish(const Summary& summary) {
+    write_pvd(directory_ / "body.pvd", frames_);
+    probes_.commit();
+    write_file(directory_ / "summary.json", summary_json(summary));
+}
+
+} // namespace hybmss

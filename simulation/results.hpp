@@ -1,0 +1,43 @@
+#pragma once
+
+/// \file
+/// The output directory of a run: body_NNNN.vtu, body.pvd, probes.csv, summary.json.
+
+#include "hybmss/simulation.hpp"
+#include "simulation/atomic_file.hpp"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hybmss {
+
+/// Keeps the results of one simulation in a directory, which is made where it is missing. Files of the same names are
+/// replaced. Throws std::runtime_error where something cannot be written, or would hold a value that is not finite.
+class Results {
+public:
+    Results(std::filesystem::path directory, const Simulation& simulation);
+
+    /// The present state: one .vtu file, one row of probes.csv.
+    void record();
+
+    /// Puts body.pvd, probes.csv and summary.json in place.
+    void finish(const Summary& summary);
+
+private:
+    std::filesystem::path directory_;
+    const Simulation& simulation_;
+    std::vector<std::array<std::uint32_t, 8>> cells_;
+    std::vector<std::array<double, 3>> rest_;
+    std::vector<std::pair<double, std::string>> frames_;
+    AtomicFile probes_;
+};
+
+/// The text of summary.json. Throws std::runtime_error for a value that is not finite.
+std::string summary_json(const Summary& summary);
+
+} // namespace hybmss

@@ -1,0 +1,255 @@
+#include "simulation/scene_keys.hpp"
+
+#include <cmath>
+#include <vector>
+
+namespace hybmss {
+namespace {
+
+// Lengths and accelerations beyond these bounds have no meaning and overflow in float.
+bool bounded(double v) {
+    return std::abs(v) <= 1e9;
+}
+bool positive(double v) {
+    return v > 0;
+}
+bool not_negative(double v) {
+    return v >= 0;
+}
+bool count(double v) {
+    return v >= 1;
+}
+bool cell_size(double v) {
+    return v >= 1e-6 && v <= 1e6;
+}
+bool young_modulus(double v) {
+    return v > 0 && v <= 1e18;
+}
+bool poisson_ratio(double v) {
+    return v > -1 && v < 0.5;
+}
+bool density(double v) {
+    return v > 0 && v <= 1e12;
+}
+bool face_diagonal_ratio(double v) {
+    return v >= 0 && v <= 1e6;
+}
+bool tolerance(double v) {
+    return v > 0 && v <= 0.1;
+}
+bool degrees(double v) {
+    return std::abs(v) <= 36000;
+}
+
+constexpr std::string_view kRegionAllowed =
+    "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", {box = [[x, y, z], [x, y, z]]}, "
+    "{sphere = {center = [x, y, z], radius = r}} or {node = index}";
+constexpr std::string_view kAxesAllowed = "a string of one to three different letters of \"xyz\"";
+
+constexpr TableRule kTables[] = {
+    {"body", true, false, false, "The body: a box of cubic cells. Its low corner is the origin."},
+    {"material", true, false, false, "One isotropic elastic material."},
+    {"fix", false, true, false, "Nodes that stay where they are."},
+    {"move", false, true, false,
+     "Nodes that are led to a final position, smoothly (no jump in velocity or acceleration), and held there. Each "
+     "needs `translate` or `rotate`."},
+    {"gravity", false, false, false, "A uniform acceleration."},
+    {"damping", false, false, false, "What takes energy out."},
+    {"solver", true, false, false, "How the motion is computed, and when it ends."},
+    {"output", false, false, false, "What `--out` holds, besides the summary and the last state."},
+    {"probe", false, true, false, "A region whose support force, torque and displacement are reported."},
+    {"move.rotate", false, false, true, "The value of `rotate`."},
+    {"where", false, false, true, "The value of `where`, unless it names a face of the bounding box. One of:"},
+    {"where.sphere", false, false, true, "The value of `sphere`."},
+};
+
+using enum KeyKind;
+
+constexpr KeyRule kKeys[] = {
+    {{"body", "cells", "3 integers", "", "three integers, each at least 1", "required", "cells along x, y and z"},
+     counts,
+     count},
+    {{"body", "cell_size", "number", "m", "at least 1e-6 and at most 1e6", "required", "edge of a cell"},
+     number,
+     cell_size},
+
+    {{"material", "young_modulus", "number", "Pa", "above 0 and at most 1e18", "required", "Young's modulus E"},
+     number,
+     young_modulus},
+    {{"material", "poisson_ratio", "number", "", "inside (-1, 0.5), both ends excluded", "required",
+      "Poisson's ratio nu"},
+     number,
+     poisson_ratio},
+    {{"material", "density", "number", "kg/m^3", "above 0 and at most 1e12", "required", "mass per volume at rest"},
+     number,
+     density},
+    {{"material", "face_diagonal_ratio", "number", "", "at least 0 and at most 1e6", "1",
+      "A = k_f / k_c; 0 leaves the face diagonals out (HybMSS-FD)"},
+     number,
+     face_diagonal_ratio},
+    {{"material", "volume_energy", "string", "", "\"automatic\", \"quadratic\", \"mean_stretch\" or \"none\"",
+      "\"automatic\"",
+      "energy of the volume ratio J; `automatic`: quadratic at nu >= 1/4, mean stretch below; `none`: springs only "
+      "(HybMSS-CF)"},
+     choice,
+     nullptr,
+     "automatic quadratic mean_stretch none"},
+
+    {{"fix", "where", "region", "", kRegionAllowed, "required", "the nodes held"}, region},
+    {{"fix", "axes", "string", "", kAxesAllowed, "\"xyz\"", "axes along which they are held; the others stay free"},
+     axes},
+
+    {{"move", "where", "region", "", kRegionAllowed, "required", "the nodes moved"}, region},
+    {{"move", "axes", "string", "", kAxesAllowed, "\"xyz\"", "axes along which they are led; the others stay free"},
+     axes},
+    {{"move", "translate", "3 numbers", "m", "three numbers, each at most 1e9 in size", "none", "final displacement"},
+     vector,
+     bounded},
+    {{"move", "rotate", "table", "", "{axis = \"x\", \"y\" or \"z\", degrees = angle}", "none",
+      "final turn about the axis through the region's rest centroid"},
+     table},
+    {{"move", "over", "number", "s", "at least 0", "1", "time from rest to the final position; 0: at once"},
+     number,
+     not_negative},
+
+    {{"gravity", "acceleration", "3 numbers", "m/s^2", "three numbers, each at most 1e9 in size", "required",
+      "acts on every node"},
+     vector,
+     bounded},
+
+    {{"damping", "mass", "number", "1/s", "at least 0", "0", "c: the force -c m v on every node"},
+     number,
+     not_negative},
+
+    {{"solver", "method", "string", "", "\"symplectic-euler\"", "\"symplectic-euler\"",
+      "semi-implicit Euler, explicit in time"},
+     choice,
+     nullptr,
+     "symplectic-euler"},
+    {{"solver", "time_step", "number", "s", "above 0 and at most the stable time step, which `hybmss explain` prints",
+      "0.7 of the stable one", "length of a step"},
+     number,
+     positive},
+    {{"solver", "duration", "number", "s", "above 0", "required", "simulated time, at most"}, number, positive},
+    {{"solver", "tolerance", "number", "", "above 0 and at most 0.1", "none",
+      "given: the run ends as soon as the body has settled; see \"Settled\""},
+     number,
+     tolerance},
+
+    {{"output", "every", "number", "s", "above 0", "first and last state only", "time between results"},
+     number,
+     positive},
+
+    {{"probe", "name", "string", "", "letters, digits, _ and -; different for each probe", "required",
+      "its name in the results"},
+     text},
+    {{"probe", "where", "region", "", kRegionAllowed, "required", "the nodes read"}, region},
+
+    {{"move.rotate", "axis", "string", "", "\"x\", \"y\" or \"z\"", "required", "direction of the axis"},
+     choice,
+     nullptr,
+     "x y z"},
+    {{"move.rotate", "degrees", "number", "degrees", "at most 36000 in size", "required",
+      "counter-clockwise as seen against the axis"},
+     number,
+     degrees},
+
+    {{"where", "box", "2 x 3 numbers", "m", "[[x, y, z], [x, y, z]], low corner first, each number at most 1e9 in size",
+      "none", "nodes inside it or on its surface"},
+     table,
+     bounded},
+    {{"where", "sphere", "table", "", "{center = [x, y, z], radius = r}", "none", "nodes inside it or on its surface"},
+     table},
+    {{"where", "node", "integer", "", "an integer, at least 0 and below the number of nodes", "none",
+      "one node; x fastest, then y, then z"},
+     integer,
+     not_negative},
+
+    {{"where.sphere", "center", "3 numbers", "m", "three numbers, each at most 1e9 in size", "required", "its centre"},
+     vector,
+     bounded},
+    {{"where.sphere", "radius", "number", "m", "at least 0 and at most 1e9", "required", "its radius"},
+     number,
+     [](double v) { return v >= 0 && v <= 1e9; }},
+};
+
+} // namespace
+
+std::span<const KeyRule> key_rules() {
+    return kKeys;
+}
+
+std::span<const TableRule> table_rules() {
+    return kTables;
+}
+
+const KeyRule* find_key_rule(std::string_view table, std::string_view name) {
+    for (const KeyRule& rule : kKeys) {
+        if (rule.key.table == table && rule.key.name == name) {
+            return &rule;
+        }
+    }
+    return nullptr;
+}
+
+const TableRule* find_table_rule(std::string_view name) {
+    for (const TableRule& rule : kTables) {
+        if (rule.name == name) {
+            return &rule;
+        }
+    }
+    return nullptr;
+}
+
+std::string key_list(std::string_view table) {
+    std::string list;
+    const auto add = [&](std::string_view name) { list.append(list.empty() ? "" : ", ").append(name); };
+    for (const TableRule& rule : kTables) {
+        if (table.empty() && !rule.inner) {
+            add(rule.name);
+        }
+    }
+    for (const KeyRule& rule : kKeys) {
+        if (rule.key.table == table) {
+            add(rule.key.name);
+        }
+    }
+    return list;
+}
+
+std::span<const SceneKey> scene_keys() {
+    static const std::vector<SceneKey> keys = [] {
+        std::vector<SceneKey> all;
+        for (const KeyRule& rule : kKeys) {
+            all.push_back(rule.key);
+        }
+        return all;
+    }();
+    return keys;
+}
+
+std::string scene_keys_markdown() {
+    std::string text;
+    const auto append = [&](auto... parts) { (text.append(parts), ...); };
+    for (const TableRule& table : kTables) {
+        if (table.inner) {
+            append("### `", table.name, "`\n\n");
+        } else {
+            append("### `", table.repeated ? "[[" : "[", table.name, table.repeated ? "]]" : "]", "`\n\n");
+        }
+        append(table.meaning, table.required ? " Required." : "", "\n\n");
+        append("| key | type | unit | allowed | default | meaning |\n|---|---|---|---|---|---|\n");
+        for (const KeyRule& rule : kKeys) {
+            const SceneKey& key = rule.key;
+            if (key.table == table.name) {
+                append("| `", key.name, "` | ", key.type, " | ", key.unit, " | ", key.allowed, " | ", key.default_value,
+                       " | ", key.meaning, " |\n");
+            }
+        }
+        append("\n");
+    }
+    text.pop_back();
+    return text;
+}
+
+} // namespace hybmss

@@ -1,0 +1,187 @@
+#include "simulation/scene_table.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+namespace hybmss {
+namespace {
+
+void read_body(Scene& scene, const SceneTable& table) {
+    scene.body = {.cells = table.counts("cells"), .cell_size = table.number("cell_size")};
+}
+
+void read_material(Scene& scene, const SceneTable& table) {
+    Material& material = scene.material;
+    material.young_modulus = table.number("young_modulus");
+    material.poisson_ratio = table.number("poisson_ratio");
+    material.density = table.number("density");
+    if (table.has("face_diagonal_ratio")) {
+        material.face_diagonal_ratio = table.number("face_diagonal_ratio");
+    }
+    if (table.has("volume_energy")) {
+        const std::string word = table.choice("volume_energy");
+        material.volume_energy = word == "quadratic"      ? VolumeEnergy::quadratic
+                                 : word == "mean_stretch" ? VolumeEnergy::mean_stretch
+                                 : word == "none"         ? VolumeEnergy::none
+                                                          : VolumeEnergy::automatic;
+    }
+}
+
+void read_fix(Scene& scene, const SceneTable& table) {
+    scene.fixes.push_back({table.region("where"), table.has("axes") ? table.axes("axes") : kAllAxes});
+}
+
+void read_move(Scene& scene, const SceneTable& table) {
+    Move move;
+    move.where = table.region("where");
+    if (table.has("axes")) {
+        move.axes = table.axes("axes");
+    }
+    if (table.has("over")) {
+        move.over = table.number("over");
+    }
+    if (table.has("translate") == table.has("rotate")) {
+        throw scene_error(scene, table.path("where"), "its [[move]] must have either translate or rotate");
+    }
+    if (table.has("translate")) {
+        move.motion = table.vector("translate");
+    } else {
+        const SceneTable rotation = table.inner("rotate", "move.rotate");
+        move.motion = Rotation{rotation.choice("axis")[0] - 'x', rotation.number("degrees")};
+    }
+    scene.moves.push_back(std::move(move));
+}
+
+void read_gravity(Scene& scene, const SceneTable& table) {
+    scene.gravity = {table.vector("acceleration")};
+}
+
+void read_damping(Scene& scene, const SceneTable& table) {
+    if (table.has("mass")) {
+        scene.damping.mass = table.number("mass");
+    }
+}
+
+void read_solver(Scene& scene, const SceneTable& table) {
+    if (table.has("method")) {
+        table.choice("method"); // there is one method
+    }
+    scene.solver.duration = table.number("duration");
+    if (table.has("time_step")) {
+        scene.solver.time_step = table.number("time_step");
+    }
+    if (table.has("tolerance")) {
+        scene.solver.tolerance = table.number("tolerance");
+    }
+}
+
+void read_output(Scene& scene, const SceneTable& table) {
+    if (table.has("every")) {
+        scene.output.every = table.number("every");
+    }
+}
+
+void read_probe(Scene& scene, const SceneTable& table) {
+    Probe probe{table.text("name"), table.region("where")};
+    for (char c : probe.name) {
+        const bool good =
+            (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+        if (!good) {
+            throw table.not_allowed("name");
+        }
+    }
+    for (const Probe& other : scene.probes) {
+        if (other.name == probe.name) {
+            throw scene_error(scene, table.path("name"), "another [[probe]] has this name; each must have its own");
+        }
+    }
+    scene.probes.push_back(std::move(probe));
+}
+
+void read_table(Scene& scene, std::string_view name, const SceneTable& table) {
+    static const std::map<std::string_view, void (*)(Scene&, const SceneTable&)> readers = {
+        {"body", read_body},     {"material", read_material}, {"fix", read_fix},
+        {"move", read_move},     {"gravity", read_gravity},   {"damping", read_damping},
+        {"solver", read_solver}, {"output", read_output},     {"probe", read_probe},
+    };
+    readers.at(name)(scene, table);
+}
+
+void read_scene(Scene& scene, const TomlText& text, const toml::table& root) {
+    for (const auto& [key, value] : root) {
+        const std::string name(key.str());
+        const TableRule* rule = find_table_rule(name);
+        const bool known = rule && !rule->inner;
+        const bool fits = known && (rule->repeated ? value.is_array_of_tables() : value.is_table());
+        if (!fits) {
+            SceneSource::Entry entry = text.quote(value.source());
+            entry.line = key.source().begin.line;
+            entry.column = key.source().begin.column;
+            if (value.is_table() || value.is_array_of_tables()) {
+                entry.value.clear();
+            }
+            scene.source.entries[name] = entry;
+            throw scene_error(scene, name,
+                              !known           ? "unknown table; allowed are " + key_list("")
+                              : rule->repeated ? "it must be given as [[" + name + "]], any number of times"
+                                               : "it must be a table, [" + name + "]");
+        }
+    }
+    for (const TableRule& rule : table_rules()) {
+        const std::string name(rule.name);
+        const toml::node* value = rule.inner ? nullptr : root.get(rule.name);
+        if (!value) {
+            if (rule.required) {
+                scene.source.entries[name] = {1, 1, {}};
+                throw scene_error(scene, name, "missing; a scene needs a table [" + name + "] with " + key_list(name));
+            }
+            continue;
+        }
+        if (!rule.repeated) {
+            read_table(scene, name, SceneTable(scene, text, *value->as_table(), name, name));
+            continue;
+        }
+        const toml::array& items = *value->as_array();
+        for (std::size_t i = 0; i < items.size(); ++i) {
+            read_table(scene, name,
+                       SceneTable(scene, text, *items.get(i)->as_table(), name, name + "[" + std::to_string(i) + "]"));
+        }
+    }
+}
+
+} // namespace
+
+Scene parse_scene(std::string_view text, const std::string& filename) {
+    Scene scene;
+    scene.source.file = filename;
+    try {
+        const toml::table root = toml::parse(text, std::string_view(filename));
+        read_scene(scene, TomlText(text), root);
+    } catch (const toml::parse_error& error) {
+        std::ostringstream message;
+        message << filename << ":" << error.source().begin.line << ":" << error.source().begin.column
+                << ": TOML syntax: " << error.description();
+        throw SceneError(message.str());
+    }
+    return scene;
+}
+
+Scene load_scene(const std::string& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) {
+        throw SceneError(path + ": is a directory; a scene file (TOML) is needed");
+    }
+    errno = 0;
+    std::ifstream file(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    if (!file.is_open() || file.bad()) {
+        throw SceneError(path + ": cannot be read: " + std::generic_category().message(errno));
+    }
+    return parse_scene(text, path);
+}
+
+} // namespace hybmss

@@ -1,0 +1,84 @@
+#include "hybmss/simulation.hpp"
+
+#include "simulation/cell_volume.hpp"
+#include "simulation/simulation_implementation.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+namespace hybmss {
+
+Simulation::Simulation(Scene scene, const SimulationOptions& options)
+    : implementation_(std::make_unique<Implementation>(std::move(scene), options)) {}
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+Simulation::~Simulation() = default;
+
+const Scene& Simulation::scene() const {
+    return implementation_->scene;
+}
+const Lattice& Simulation::lattice() const {
+    return implementation_->lattice;
+}
+std::size_t Simulation::node_count() const {
+    return implementation_->rest.size();
+}
+long Simulation::steps() const {
+    return implementation_->steps;
+}
+double Simulation::time() const {
+    return implementation_->time();
+}
+double Simulation::time_step() const {
+    return implementation_->time_step;
+}
+double Simulation::critical_time_step() const {
+    return implementation_->critical_time_step;
+}
+std::size_t Simulation::fixed_node_count() const {
+    return implementation_->supports.fixed_node_count();
+}
+std::size_t Simulation::moved_node_count() const {
+    return implementation_->supports.moved_node_count();
+}
+void Simulation::step(long count) {
+    implementation_->step(count);
+}
+std::vector<Vector3> Simulation::displacements() const {
+    return displacements_of(implementation_->dynamics);
+}
+std::vector<Vector3> Simulation::velocities() const {
+    return velocities_of(implementation_->dynamics);
+}
+Energies Simulation::energies() const {
+    return implementation_->energies();
+}
+std::vector<ProbeReading> Simulation::probes() const {
+    return implementation_->read_probes();
+}
+VolumeChange Simulation::volume_change() const {
+    return measure_volume_change(displacements(), cell_corners(lattice()), lattice().cell_size());
+}
+Settlement Simulation::settlement() const {
+    return implementation_->settlement(energies());
+}
+
+PlanDescription Simulation::describe() const {
+    return std::visit([](const auto& d) { return d.describe(); }, implementation_->dynamics);
+}
+
+std::string_view name(Precision precision) {
+    return precision == Precision::float32 ? "float" : "double";
+}
+
+Precision parse_precision(std::string_view text) {
+    if (text == "float") {
+        return Precision::float32;
+    }
+    if (text == "double") {
+        return Precision::float64;
+    }
+    throw std::invalid_argument("precision = \"" + std::string(text) + "\" is not known: it must be float or double");
+}
+
+} // namespace hybmss

@@ -1,0 +1,171 @@
+#include "simulation/simulation_implementation.hpp"
+
+#include "simulation/memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hybmss {
+namespace {
+
+constexpr double kDefaultTolerance = 1e-4;
+// Stiffness grows where a body is compressed; the margin keeps the step stable there.
+constexpr double kTimeStepFraction = 0.7;
+
+Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
+    check_size(scene, options, available_bytes());
+    const auto& cells = scene.body.cells;
+    return Lattice::box(static_cast<int>(cells[0]), static_cast<int>(cells[1]), static_cast<int>(cells[2]),
+                        scene.body.cell_size);
+}
+
+std::vector<ProbeNodes> make_probes(const Scene& scene, std::span<const Vector3> rest) {
+    std::vector<ProbeNodes> probes;
+    for (std::size_t p = 0; p < scene.probes.size(); ++p) {
+        ProbeNodes& probe = probes.emplace_back();
+        probe.name = scene.probes[p].name;
+        probe.nodes = nodes_of(scene, rest, scene.probes[p].where, "probe[" + std::to_string(p) + "].where");
+        probe.centroid = rest_centroid(rest, probe.nodes);
+    }
+    return probes;
+}
+
+double choose_time_step(const Scene& scene, double critical) {
+    const double step = scene.solver.time_step.value_or(kTimeStepFraction * critical);
+    if (step > critical) {
+        throw scene_error(scene, "solver.time_step",
+                          text("above the stable time step; it must be above 0 and at most %.6g s", critical));
+    }
+    if (scene.solver.duration / step > 1e15) {
+        throw scene_error(
+            scene, "solver.duration",
+            text("%.3g steps of %.6g s; at most 1e15 steps are allowed", scene.solver.duration / step, step));
+    }
+    return step;
+}
+
+} // namespace
+
+Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
+    : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)), rest(rest_positions(lattice)),
+      supports(scene, rest), probes(make_probes(scene, rest)),
+      dynamics(make_dynamics(lattice, scene.material, options)),
+      critical_time_step(std::visit([](const auto& d) { return d.critical_time_step(); }, dynamics)),
+      time_step(choose_time_step(scene, critical_time_step)) {
+    prescribe();
+}
+
+void Simulation::Implementation::prescribe() {
+    const std::span<const PrescribedNode> nodes = supports.at(time());
+    std::visit([&](auto& d) { d.prescribe(nodes); }, dynamics);
+}
+
+void Simulation::Implementation::step(long count) {
+    const StepParameters parameters{time_step, scene.gravity.acceleration, scene.damping.mass};
+    const auto advance = [&](long n) {
+        std::visit([&](auto& d) { d.step(parameters, n); }, dynamics);
+        steps += n;
+    };
+    // Plates are set after each step, so that every force is taken with all nodes at the same time.
+    for (; count > 0 && moving(); --count) {
+        advance(1);
+        prescribe();
+    }
+    if (count > 0) {
+        advance(count);
+    }
+}
+
+void Simulation::Implementation::restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
+                                         long at_step) {
+    dynamics = make_dynamics(lattice, scene.material, options);
+    set_state(dynamics, displacements, velocities);
+    steps = at_step;
+    prescribe();
+}
+
+std::span<const double> Simulation::Implementation::masses() const {
+    return std::visit([](const auto& d) { return d.masses(); }, dynamics);
+}
+
+NodalForces Simulation::Implementation::nodal_forces(std::span<const Vector3> internal) const {
+    return {internal, masses(), scene.gravity.acceleration, scene.damping.mass};
+}
+
+double Simulation::Implementation::external_energy(std::span<const Vector3> displacements) const {
+    const Vector3& g = scene.gravity.acceleration;
+    const std::span<const double> mass = masses();
+    double sum = 0;
+    for (std::size_t n = 0; n < displacements.size(); ++n) {
+        const Vector3& u = displacements[n];
+        sum -= mass[n] * (g[0] * u[0] + g[1] * u[1] + g[2] * u[2]);
+    }
+    return sum;
+}
+
+Energies Simulation::Implementation::energies() const {
+    Energies energies;
+    std::visit(
+        [&](const auto& d) {
+            const PotentialEnergy potential = d.potential_energy();
+            energies.springs = potential.springs;
+            energies.volume = potential.volume;
+            energies.kinetic = d.kinetic_energy();
+        },
+        dynamics);
+    if (scene.gravity.acceleration != Vector3{0, 0, 0}) {
+        energies.external = external_energy(displacements_of(dynamics));
+    }
+    return energies;
+}
+
+double Simulation::Implementation::body_volume() const {
+    const double h = lattice.cell_size();
+    return static_cast<double>(lattice.cell_count()) * h * h * h;
+}
+
+Settlement Simulation::Implementation::settlement(const Energies& energies) const {
+    const double tolerance = scene.solver.tolerance.value_or(kDefaultTolerance);
+    // The floors stand for a strain of 1e-9: a body deformed less counts as undeformed.
+    const double E = scene.material.young_modulus, h = lattice.cell_size();
+    const double potential = std::max(energies.springs + energies.volume, 1e-18 * E * body_volume());
+    const std::vector<Vector3> internal = forces_of(dynamics);
+    Settlement s;
+    s.kinetic_ratio = std::sqrt(energies.kinetic / potential);
+    s.residual = relative_residual(nodal_forces(internal), supports.present(), 1e-9 * E * h * h);
+    s.settled = !moving() && s.residual <= tolerance && s.kinetic_ratio <= tolerance;
+    return s;
+}
+
+std::string Simulation::Implementation::blow_up(const Energies& e) const {
+    const double bound =
+        1e4 * (scene.material.young_modulus + std::abs(volume_modulus(scene.material))) * body_volume();
+    const double potential = e.springs + e.volume;
+    const char* cause = !std::isfinite(potential) || !std::isfinite(e.kinetic) || !std::isfinite(e.external)
+                            ? "the state is not finite any more"
+                        : std::abs(potential) > bound ? "the elastic energy grows without bound"
+                                                      : nullptr;
+    if (!cause) {
+        return "";
+    }
+    return text("diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or a slower "
+                "motion may help",
+                steps, time(), cause, time_step);
+}
+
+std::vector<ProbeReading> Simulation::Implementation::read_probes() const {
+    if (probes.empty()) {
+        return {};
+    }
+    const std::vector<Vector3> internal = forces_of(dynamics), u = displacements_of(dynamics);
+    const std::vector<Vector3> support =
+        support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
+    std::vector<ProbeReading> readings;
+    for (const ProbeNodes& probe : probes) {
+        readings.push_back(read_probe(probe, rest, u, support));
+    }
+    return readings;
+}
+
+} // namespace hybmss

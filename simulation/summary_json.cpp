@@ -1,0 +1,74 @@
+#include "simulation/results.hpp"
+
+#include "hybmss/version.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void require_finite(const Json& value) {
+    if (value.is_number_float() && !std::isfinite(value.get<double>())) {
+        throw std::runtime_error("summary.json would hold a value that is not finite: not written");
+    }
+    if (value.is_structured()) {
+        for (const auto& item : value) {
+            require_finite(item);
+        }
+    }
+}
+
+Json plan_json(const PlanDescription& plan) {
+    return {{"instruction_set", name(plan.instruction_set)},
+            {"layout", plan.layout},
+            {"kernel", plan.kernel},
+            {"precision", plan.precision},
+            {"threads", plan.threads},
+            {"nodes", plan.nodes},
+            {"springs", plan.springs},
+            {"cells", plan.cells},
+            {"bytes", plan.bytes},
+            {"tiles", plan.tiles}};
+}
+
+} // namespace
+
+std::string summary_json(const Summary& summary) {
+    Json json;
+    json["converged"] = summary.converged;
+    json["failure"] = summary.failure;
+    json["relative_volume_change"] = summary.volume.relative_volume_change;
+    json["min_cell_volume_ratio"] = summary.volume.min_cell_volume_ratio;
+    json["max_cell_volume_ratio"] = summary.volume.max_cell_volume_ratio;
+    json["energy"] = {{"springs", summary.energies.springs},
+                      {"volume", summary.energies.volume},
+                      {"kinetic", summary.energies.kinetic},
+                      {"external", summary.energies.external}};
+    json["probes"] = Json::object();
+    for (const ProbeReading& probe : summary.probes) {
+        json["probes"][probe.name] = {{"force", probe.force},
+                                      {"torque", probe.torque},
+                                      {"mean_displacement", probe.mean_displacement},
+                                      {"max_displacement", probe.max_displacement}};
+    }
+    json["steps"] = summary.steps;
+    // An explicit method iterates nothing within a step.
+    json["iterations"] = 0;
+    json["residual"] = summary.settlement.residual;
+    json["kinetic_ratio"] = summary.settlement.kinetic_ratio;
+    json["time"] = summary.time;
+    json["time_step"] = summary.time_step;
+    json["critical_time_step"] = summary.critical_time_step;
+    json["wall_seconds"] = summary.wall_seconds;
+    json["plan"] = plan_json(summary.plan);
+    json["version"] = kVersion;
+    require_finite(json);
+    return json.dump(2) + "\n";
+}
+
+} // namespace hybmss

@@ -1,0 +1,32 @@
+#pragma once
+
+/// \file
+/// VTK's XML format for unstructured grids: hexahedra with nodal vectors and one value a cell.
+
+#include "simulation/motion.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hybmss {
+
+/// What one .vtu file holds. Corners by the bits of their number (bit 0: high side in x, bit 1: y, bit 2: z).
+struct VtuGrid {
+    std::span<const Vector3> points; ///< deformed positions, m
+    std::span<const std::array<std::uint32_t, 8>> cells;
+    std::span<const Vector3> displacement; ///< m, one a point
+    std::span<const Vector3> velocity;     ///< m/s, one a point
+    std::span<const double> volume_ratio;  ///< one a cell
+};
+
+/// Binary (appended raw data, little endian as the machine is), written whole or not at all.
+void write_vtu(const std::filesystem::path& path, const VtuGrid& grid);
+
+/// The list of (time in s, file name) that ParaView opens as one animation.
+void write_pvd(const std::filesystem::path& path, std::span<const std::pair<double, std::string>> frames);
+
+} // namespace hybmss

@@ -1,0 +1,126 @@
+/// Every bad input: one line with file, line and key, exit code 2, nothing written.
+
+#include "hybmss/scene.hpp"
+#include "simulation/memory.hpp"
+#include "tests/scenes/program.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace hybmss {
+namespace {
+
+struct BadLine {
+    const char* name;
+    const char* line; ///< of small_scene()
+    const char* replacement;
+    const char* message; ///< what the error line holds
+};
+
+void PrintTo(const BadLine& bad, std::ostream* out) {
+    *out << bad.replacement;
+}
+
+const BadLine kBadLines[] = {
+    {"SyntaxError", "cell_size = 0.5", "cell_size = ", "s.toml:3:13: TOML syntax"},
+    {"Duplicate", "cell_size = 0.5", "cells = [1, 1, 1]", "s.toml:3:"},
+    {"UnknownKey", "density = 1000", "densty = 1000",
+     "s.toml:7:1: material.densty = 1000: unknown key; allowed are young_modulus, poisson_ratio, density"},
+    {"UnknownTable", "[output]", "[outputs]", "s.toml:20:2: outputs: unknown table; allowed are body, material, fix"},
+    {"UnknownInnerKey", "where = \"y-min\"", "where = {ball = 3}", "s.toml:9:10: fix.where.ball = 3: unknown key"},
+    {"MissingKey", "density = 1000", "", "s.toml:4:1: material.density: missing"},
+    {"MissingTable", "[solver]", "", "s.toml:"},
+    {"WrongTypeText", "young_modulus = 1e4", "young_modulus = \"soft\"",
+     "s.toml:5:17: material.young_modulus = \"soft\": it must be above 0"},
+    {"WrongTypeFloatCells", "cells = [2, 3, 4]", "cells = [2, 0.5, 4]",
+     "s.toml:2:9: body.cells = [2, 0.5, 4]: it must be three integers, each at least 1"},
+    {"ZeroCells", "cells = [2, 3, 4]", "cells = [2, 0, 4]", "s.toml:2:9: body.cells = [2, 0, 4]: it must be"},
+    {"TwoCells", "cells = [2, 3, 4]", "cells = [2, 3]", "s.toml:2:9: body.cells = [2, 3]: it must be"},
+    {"ZeroCellSize", "cell_size = 0.5", "cell_size = 0", "s.toml:3:13: body.cell_size = 0: it must be"},
+    {"PoissonHalf", "poisson_ratio = 0.3", "poisson_ratio = 0.5",
+     "s.toml:6:17: material.poisson_ratio = 0.5: it must be inside (-1, 0.5)"},
+    {"PoissonMinusOne", "poisson_ratio = 0.3", "poisson_ratio = -1", "material.poisson_ratio = -1: it must be"},
+    {"PoissonNan", "poisson_ratio = 0.3", "poisson_ratio = nan",
+     "s.toml:6:17: material.poisson_ratio = nan: it must be"},
+    {"YoungZero", "young_modulus = 1e4", "young_modulus = 0",
+     "s.toml:5:17: material.young_modulus = 0: it must be above 0"},
+    {"YoungInfinite", "young_modulus = 1e4", "young_modulus = inf", "material.young_modulus = inf: it must be"},
+    {"NegativeDensity", "density = 1000", "density = -1", "s.toml:7:11: material.density = -1: it must be above 0"},
+    {"UnknownFace", "where = \"y-min\"", "where = \"y-mid\"",
+     "s.toml:9:9: fix.where = \"y-mid\": it must be \"x-min\""},
+    {"EmptyBox", "where = \"y-min\"", "where = {box = [[5, 5, 5], [6, 6, 6]]}",
+     "s.toml:9:9: fix.where = {box = [[5, 5, 5], [6, 6, 6]]}: no node of the body lies in it"},
+    {"EmptyNode", "where = \"y-max\"", "where = {node = 60}", "s.toml:11:9: move.where = {node = 60}: no node"},
+    {"BoxUpsideDown", "where = \"y-min\"", "where = {box = [[1, 0, 0], [0, 1, 1]]}", "s.toml:9:16: fix.where.box"},
+    {"Contradiction", "where = \"y-min\"", "where = \"x-min\"",
+     "s.toml:11:9: move.where = \"y-max\": node 9 is held along x already by line 9"},
+    {"TranslateAndRotate", "over = 1", "rotate = {axis = \"y\", degrees = 3}", "its [[move]] must have either"},
+    {"BadAxis", "translate = [0, -0.1, 0]", "rotate = {axis = \"w\", degrees = 3}",
+     "s.toml:12:18: move.rotate.axis = \"w\": it must be \"x\", \"y\" or \"z\""},
+    {"TranslateInfinite", "translate = [0, -0.1, 0]", "translate = [0, inf, 0]", "s.toml:12:13: move.translate"},
+    {"UnknownMethod", "method = \"symplectic-euler\"", "method = \"static\"",
+     "s.toml:17:10: solver.method = \"static\": it must be \"symplectic-euler\""},
+    {"TimeStep", "duration = 30", "duration = 30\ntime_step = 0.5",
+     "s.toml:19:13: solver.time_step = 0.5: above the stable time step; it must be above 0 and at most 0.1 s"},
+    {"ZeroDuration", "duration = 30", "duration = 0", "s.toml:18:12: solver.duration = 0: it must be above 0"},
+    {"NegativeDamping", "mass = 3", "mass = -3", "s.toml:15:8: damping.mass = -3: it must be at least 0"},
+    {"ZeroEvery", "every = 0.5", "every = 0", "s.toml:21:9: output.every = 0: it must be above 0"},
+    {"BadProbeName", "name = \"plate\"", "name = \"a,b\"", "s.toml:23:8: probe.name = \"a,b\": it must be letters"},
+    {"SingleFix", "[[fix]]", "[fix]", "s.toml:8:2: fix: it must be given as [[fix]]"},
+    {"TooLarge", "cells = [2, 3, 4]", "cells = [100000, 100000, 100000]",
+     "s.toml:2:9: body.cells = [100000, 100000, 100000]: these cells need about"},
+    {"HugeCount", "cells = [2, 3, 4]", "cells = [9223372036854775807, 1, 1]", "s.toml:2:9: body.cells"},
+};
+
+class BadScene : public testing::TestWithParam<BadLine> {};
+
+TEST_P(BadScene, is_one_line_and_writes_nothing) {
+    test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml", test::small_scene(GetParam().line, GetParam().replacement));
+    const test::ProgramResult result = test::run_program("run s.toml --out results", directory.path());
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.output, "");
+    EXPECT_EQ(result.errors.rfind("hybmss: error: s.toml:", 0), 0u) << result.errors;
+    EXPECT_NE(result.errors.find(GetParam().message), std::string::npos) << result.errors;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_FALSE(std::filesystem::exists(directory.path() / "results"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, BadScene, testing::ValuesIn(kBadLines),
+                         [](const auto& scene) { return std::string(scene.param.name); });
+
+void expect_bad(const std::string& arguments, const std::string& message) {
+    test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml", test::small_scene());
+    const test::ProgramResult result = test::run_program(arguments, directory.path());
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_EQ(result.errors.rfind("hybmss: error: ", 0), 0u) << result.errors;
+    EXPECT_NE(result.errors.find(message), std::string::npos) << result.errors;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_FALSE(std::filesystem::exists(directory.path() / "results"));
+}
+
+TEST(BadArguments, are_one_line) {
+    expect_bad("run missing.toml --out results", "missing.toml: cannot be read: No such file or directory");
+    expect_bad("run . --out results", ".: is a directory");
+    expect_bad("explain missing.toml", "missing.toml: cannot be read");
+    expect_bad("run s.toml --precision half --out results", "\"half\" is not known: it must be float or double");
+    expect_bad("run s.toml --isa mmx --out results", "mmx");
+    expect_bad("run s.toml --layout spiral --out results", "--layout spiral: not known; allowed are flat-rows");
+    expect_bad("run s.toml --threads -3 --out results", "--threads");
+    expect_bad("run s.toml --out s.toml/results", "--out: s.toml/results");
+    expect_bad("run", "SCENE");
+    expect_bad("walk s.toml", "");
+}
+
+TEST(Memory, is_checked_before_anything_is_allocated) {
+    Scene scene = parse_scene(test::small_scene(), "s.toml");
+    EXPECT_NO_THROW(check_size(scene, {}, 1e9));
+    EXPECT_THROW(check_size(scene, {}, 1e3), SceneError);
+    scene.body.cells = {2000, 2000, 2000}; // more nodes than can be numbered, wherever there is memory
+    EXPECT_THROW(check_size(scene, {}, 1e18), SceneError);
+    EXPECT_GT(available_bytes(), 1e7);
+}
+
+} // namespace
+} // namespace hybmss
