@@ -1,5 +1,5 @@
 #include "app/commands.hpp"
-#include "app/verify_json_file.hpp"
+#include "app/json_file.hpp"
 #include "bench/row_reporter.hpp"
 #include "bench/step_benchmark.hpp"
 

@@ -1,5 +1,5 @@
 #include "app/commands.hpp"
-#include "app/verify_json_file.hpp"
+#include "app/json_file.hpp"
 #include "app/verify_report.hpp"
 
 #include <CLI/CLI.hpp>

@@ -2,6 +2,7 @@
 
 #include "plan/body.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -10,6 +11,17 @@ namespace hybmss {
 template <class T>
 struct ExplicitDynamics<T>::Implementation {
     explicit Implementation(std::unique_ptr<Body<T>> made) : body(std::move(made)), state(body->make_state(true)) {}
+
+    /// The padding too: a motion that ended in NaN has reached it, and the next one must start clean.
+    void set(VectorField<const T> in, NodeField<T>& field) {
+        for (auto& component : field) {
+            std::fill_n(component.data(), component.size(), T(0));
+        }
+        for (auto& buffer : state.buffers) {
+            std::fill_n(buffer.data(), buffer.size(), T(0));
+        }
+        body->write(in, 1 / body->length_unit(), field);
+    }
 
     std::unique_ptr<Body<T>> body;
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
@@ -73,13 +85,11 @@ void ExplicitDynamics<T>::get_velocities(VectorField<T> out) const {
 }
 template <class T>
 void ExplicitDynamics<T>::set_displacements(VectorField<const T> in) {
-    const Body<T>& body = *implementation_->body;
-    body.write(in, 1 / body.length_unit(), implementation_->state.displacement);
+    implementation_->set(in, implementation_->state.displacement);
 }
 template <class T>
 void ExplicitDynamics<T>::set_velocities(VectorField<const T> in) {
-    const Body<T>& body = *implementation_->body;
-    body.write(in, 1 / body.length_unit(), implementation_->state.velocity);
+    implementation_->set(in, implementation_->state.velocity);
 }
 template <class T>
 void ExplicitDynamics<T>::get_forces(VectorField<T> out) const {

@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -166,6 +167,23 @@ TEST(ExplicitDynamics, TheCriticalTimeStepParts) {
                 EXPECT_FALSE(ratio < 1e6) << nu; // or not a number
             }
         }
+    }
+}
+
+TEST(ExplicitDynamics, StartsCleanAfterAMotionThatEndedInNaN) {
+    const Lattice lattice = Lattice::box(5, 4, 9, 0.5);
+    for (const std::string& layout : lattice_layouts()) {
+        PlanOptions options;
+        options.layout = layout;
+        ExplicitDynamics<float> body(lattice, Material{}, options);
+        const StepParameters step{0.3 * body.critical_time_step(), {0, 0, 0}, 0};
+        const std::uint64_t fresh = testing::bits_after(body, 0.5, step, 10);
+        const std::vector<float> nan(3 * body.node_count(), std::numeric_limits<float>::quiet_NaN());
+        body.set_displacements(VectorField<const float>::aos(nan.data(), body.node_count()));
+        body.step(step, 3);
+        const std::vector<float> zero(nan.size(), 0.0f);
+        body.set_velocities(VectorField<const float>::aos(zero.data(), body.node_count()));
+        EXPECT_EQ(testing::bits_after(body, 0.5, step, 10), fresh) << layout;
     }
 }
 

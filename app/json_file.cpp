@@ -1,4 +1,4 @@
-#include "app/verify_json_file.hpp"
+#include "app/json_file.hpp"
 
 #include <stdexcept>
 
