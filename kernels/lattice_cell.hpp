@@ -31,6 +31,10 @@ HYBMSS_INLINE Vector3<V> subtract_product(V scale, const Vector3<V>& a, const Ve
     return {subtract_product(scale, a.x, b.x), subtract_product(scale, a.y, b.y), subtract_product(scale, a.z, b.z)};
 }
 template <class V>
+HYBMSS_INLINE Vector3<V> scaled(V scale, const Vector3<V>& a) {
+    return {scale * a.x, scale * a.y, scale * a.z};
+}
+template <class V>
 HYBMSS_INLINE Vector3<V> cross(const Vector3<V>& a, const Vector3<V>& b) {
     return {multiply_subtract(a.y, b.z, a.z * b.y), multiply_subtract(a.z, b.x, a.x * b.z),
             multiply_subtract(a.x, b.y, a.y * b.x)};
@@ -67,10 +71,16 @@ HYBMSS_INLINE V signed_sum(V sum, V v) {
     }
 }
 
-/// A spring of a lattice cell with the rest vector (rx, ry, rz), components -1, 0 or 1 in units of the cell edge.
-template <int rx, int ry, int rz>
+/// The spring between two corners of a lattice cell (bit 0 of a corner's number: high side in x, 1: y, 2: z).
+template <int corner_a, int corner_b>
 struct CellSpring {
+    static constexpr int a = corner_a, b = corner_b;
+    // Rest vector in units of the cell edge.
+    static constexpr int rx = (b & 1) - (a & 1), ry = (b >> 1 & 1) - (a >> 1 & 1), rz = (b >> 2) - (a >> 2);
     static constexpr int kLength2 = rx * rx + ry * ry + rz * rz;
+    /// Which of a layer's stiffness arrays: by the axes along which the corners differ.
+    static constexpr int kKinds[8] = {-1, 0, 1, 3, 2, 4, 5, 6};
+    static constexpr int kKind = kKinds[a ^ b];
 
     /// d = r + du
     template <class V>
@@ -95,14 +105,68 @@ struct CellSpring {
     }
 };
 
-/// The cell's thirteen springs: corners (bit 0: high side in x, 1: y, 2: z) and rest vectors. Edges start at the low
-/// corner, face diagonals lie in the low faces: the others belong to neighbouring cells.
-#define HYBMSS_EDGES(apply) apply(0, 1, 1, 0, 0, 0) apply(0, 2, 0, 1, 0, 1) apply(0, 4, 0, 0, 1, 2)
-#define HYBMSS_FACE_DIAGONALS(apply)                                                                                   \
-    apply(0, 3, 1, 1, 0, 3) apply(1, 2, -1, 1, 0, 3) apply(0, 5, 1, 0, 1, 4) apply(1, 4, -1, 0, 1, 4)                  \
-        apply(0, 6, 0, 1, 1, 5) apply(2, 4, 0, -1, 1, 5)
-#define HYBMSS_CUBE_DIAGONALS(apply)                                                                                   \
-    apply(0, 7, 1, 1, 1, 6) apply(1, 6, -1, 1, 1, 6) apply(2, 5, 1, -1, 1, 6) apply(3, 4, -1, -1, 1, 6)
+/// Springs that a kernel computes side by side: one spring alone is a chain of some twenty dependent operations, more
+/// than a processor looks ahead. With sixteen registers the spills cost more than that gains, and groups are taken
+/// apart.
+template <class... Springs>
+struct SpringGroup {
+    static constexpr int kCount = static_cast<int>(sizeof...(Springs));
+};
+
+// The cell's thirteen springs. Edges start at the low corner and face diagonals lie in the low faces: the others belong
+// to neighbouring cells. Cube diagonal i starts at corner i.
+using Edges = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<0, 4>>;
+using FirstFaceDiagonals = SpringGroup<CellSpring<0, 3>, CellSpring<1, 2>, CellSpring<0, 5>>;
+using OtherFaceDiagonals = SpringGroup<CellSpring<1, 4>, CellSpring<0, 6>, CellSpring<2, 4>>;
+using CubeDiagonals = SpringGroup<CellSpring<0, 7>, CellSpring<1, 6>, CellSpring<2, 5>, CellSpring<3, 4>>;
+// Those that lie in a node plane alone.
+using PlaneEdges = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>>;
+using PlaneFaceDiagonals = SpringGroup<CellSpring<0, 3>, CellSpring<1, 2>>;
+
+/// du of each spring of a group, and its tension k (1 - l/|d|).
+template <Accuracy accuracy, class V, int corners, class... Springs>
+HYBMSS_INLINE void spring_tensions(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
+                                   Vector3<V> (&du)[sizeof...(Springs)], V (&tension)[sizeof...(Springs)]) {
+    int i = 0;
+    ((du[i++] = u[Springs::b] - u[Springs::a]), ...);
+    i = 0;
+    if constexpr (Traits<V>::kManyRegisters) {
+        V s[sizeof...(Springs)];
+        ((s[i] = Springs::stretch(du[i]), ++i), ...);
+        one_minus_rsqrt<accuracy>(s, tension);
+        i = 0;
+        ((tension[i] = k[Springs::kKind] * tension[i], ++i), ...);
+    } else {
+        ((tension[i] = k[Springs::kKind] * one_minus_rsqrt<accuracy>(Springs::stretch(du[i])), ++i), ...);
+    }
+}
+
+/// f_a += tension d, f_b -= tension d for each spring of a group.
+template <Accuracy accuracy, class V, int corners, class... Springs>
+HYBMSS_INLINE void add_spring_forces(SpringGroup<Springs...> group, const Vector3<V> (&u)[corners], const V (&k)[7],
+                                     Vector3<V> (&f)[corners]) {
+    if constexpr (sizeof...(Springs) > 1 && !Traits<V>::kManyRegisters) {
+        (add_spring_forces<accuracy>(SpringGroup<Springs>{}, u, k, f), ...);
+        return;
+    }
+    Vector3<V> du[sizeof...(Springs)];
+    V tension[sizeof...(Springs)];
+    spring_tensions<accuracy>(group, u, k, du, tension);
+    int i = 0;
+    ((f[Springs::a] = multiply_add(tension[i], Springs::vector(du[i]), f[Springs::a]),
+      f[Springs::b] = subtract_product(tension[i], Springs::vector(du[i]), f[Springs::b]), ++i),
+     ...);
+}
+
+/// Sum over a group of 1/2 k (|d| - l)^2 = k l^2 / 2 * squared strain.
+template <class V, int corners, class... Springs>
+HYBMSS_INLINE V spring_energies(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7]) {
+    V sum = splat<V>(0);
+    ((sum = multiply_add(k[Springs::kKind] * splat<V>(Scalar<V>(0.5 * Springs::kLength2)),
+                         squared_strain(Springs::stretch(u[Springs::b] - u[Springs::a])), sum)),
+     ...);
+    return sum;
+}
 
 /// What the volume force and energy need of a cell: the four cube diagonals as vectors (full: d, and displacement: du).
 ///
@@ -137,17 +201,14 @@ HYBMSS_INLINE CellVolume<V> cell_volume(const Vector3<V>& e0, const Vector3<V>& 
 template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
 HYBMSS_INLINE void cell_forces(const Vector3<V> (&u)[8], const V (&k)[7], Scalar<V> volume_ratio, Vector3<V> (&f)[8]) {
     // Opposite corners get opposite forces from the cube diagonal between them and from the cell's volume: one sum.
-    Vector3<V> pair[4];
-    const Vector3<V> du[4] = {u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]};
-#define HYBMSS_PAIR(a, b, rx, ry, rz, kind)                                                                            \
-    {                                                                                                                  \
-        using Spring = CellSpring<rx, ry, rz>;                                                                         \
-        const V tension = k[kind] * one_minus_rsqrt<accuracy>(Spring::stretch(du[a]));                                 \
-        const Vector3<V> d = Spring::vector(du[a]);                                                                    \
-        pair[a] = {tension * d.x, tension * d.y, tension * d.z};                                                       \
-    }
-    HYBMSS_CUBE_DIAGONALS(HYBMSS_PAIR)
-#undef HYBMSS_PAIR
+    Vector3<V> du[4], pair[4];
+    V tension[4];
+    spring_tensions<accuracy>(CubeDiagonals{}, u, k, du, tension);
+    const auto pull = [&]<class... Springs>(SpringGroup<Springs...>) {
+        int i = 0;
+        ((pair[i] = scaled(tension[i], Springs::vector(du[i])), ++i), ...);
+    };
+    pull(CubeDiagonals{});
     if constexpr (volume != Volume::none) {
         // Force on corner i: -kappa phi' dV'/dx_i; dV'/dx_0 = -(ST + TA)/32, dV'/dx_1 = (ST - TA)/32,
         // dV'/dx_2 = -(ST + AS)/32, dV'/dx_3 = (ST - AS)/32 in units of h^2.
@@ -158,23 +219,15 @@ HYBMSS_INLINE void cell_forces(const Vector3<V> (&u)[8], const V (&k)[7], Scalar
         pair[2] = multiply_add(pressure, cell.st + cell.as, pair[2]);
         pair[3] = subtract_product(pressure, cell.st - cell.as, pair[3]);
     }
-    for (int a = 0; a < 4; ++a) {
-        f[a] = pair[a];
-        f[7 - a] = {-pair[a].x, -pair[a].y, -pair[a].z};
-    }
-#define HYBMSS_ADD(a, b, rx, ry, rz, kind)                                                                             \
-    {                                                                                                                  \
-        using Spring = CellSpring<rx, ry, rz>;                                                                         \
-        const Vector3<V> e = u[b] - u[a];                                                                              \
-        const V tension = k[kind] * one_minus_rsqrt<accuracy>(Spring::stretch(e));                                     \
-        const Vector3<V> d = Spring::vector(e);                                                                        \
-        f[a] = multiply_add(tension, d, f[a]);                                                                         \
-        f[b] = subtract_product(tension, d, f[b]);                                                                     \
+    for (int i = 0; i < 4; ++i) {
+        f[i] = pair[i];
+        f[7 - i] = {-pair[i].x, -pair[i].y, -pair[i].z};
     }
     if constexpr (face_diagonals) {
-        HYBMSS_FACE_DIAGONALS(HYBMSS_ADD)
+        add_spring_forces<accuracy>(FirstFaceDiagonals{}, u, k, f);
+        add_spring_forces<accuracy>(OtherFaceDiagonals{}, u, k, f);
     }
-    HYBMSS_EDGES(HYBMSS_ADD)
+    add_spring_forces<accuracy>(Edges{}, u, k, f);
 }
 
 /// The forces of the springs that lie in a node plane alone (edges along x and y, face diagonals normal to z).
@@ -184,14 +237,11 @@ HYBMSS_INLINE void plane_forces(const Vector3<V> (&u)[4], const V (&k)[7], Vecto
     for (auto& force : f) {
         force = {zero, zero, zero};
     }
-    HYBMSS_ADD(0, 1, 1, 0, 0, 0)
-    HYBMSS_ADD(0, 2, 0, 1, 0, 1)
+    add_spring_forces<accuracy>(PlaneEdges{}, u, k, f);
     if constexpr (face_diagonals) {
-        HYBMSS_ADD(0, 3, 1, 1, 0, 3)
-        HYBMSS_ADD(1, 2, -1, 1, 0, 3)
+        add_spring_forces<accuracy>(PlaneFaceDiagonals{}, u, k, f);
     }
 }
-#undef HYBMSS_ADD
 
 } // namespace
 } // namespace hybmss::kernels

@@ -140,36 +140,29 @@ LayerEnergy lattice_energy(const LatticeLayer<Scalar<V>>& layer) {
         Vector3<V> u[8];
         load_row<V, T>(layer, n, u[0], u[1]);
         load_row<V, T>(layer, n + layer.row, u[2], u[3]);
-        V springs = splat<V>(0);
-        // W = k/2 (|d| - l)^2 = k l^2 / 2 * squared strain
-#define HYBMSS_ENERGY(a, b, rx, ry, rz, kind)                                                                          \
-    {                                                                                                                  \
-        using Spring = CellSpring<rx, ry, rz>;                                                                         \
-        const V k = load_lanes<V>(layer.stiffness[kind] + n) * splat<V>(Scalar<V>(0.5 * Spring::kLength2));            \
-        springs = multiply_add(k, squared_strain(Spring::stretch(u[b] - u[a])), springs);                              \
-    }
+        V k[7];
+        for (int kind = 0; kind < 7; ++kind) {
+            k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
+        }
+        V springs;
         if constexpr (top) {
-            HYBMSS_ENERGY(0, 1, 1, 0, 0, 0)
-            HYBMSS_ENERGY(0, 2, 0, 1, 0, 1)
+            springs = spring_energies(PlaneEdges{}, u, k);
             if constexpr (face_diagonals) {
-                HYBMSS_ENERGY(0, 3, 1, 1, 0, 3)
-                HYBMSS_ENERGY(1, 2, -1, 1, 0, 3)
+                springs = springs + spring_energies(PlaneFaceDiagonals{}, u, k);
             }
         } else {
             load_row<V, T>(layer, n + layer.plane, u[4], u[5]);
             load_row<V, T>(layer, n + layer.plane + layer.row, u[6], u[7]);
-            HYBMSS_CUBE_DIAGONALS(HYBMSS_ENERGY)
+            springs = spring_energies(CubeDiagonals{}, u, k) + spring_energies(Edges{}, u, k);
             if constexpr (face_diagonals) {
-                HYBMSS_FACE_DIAGONALS(HYBMSS_ENERGY)
+                springs = springs +
+                          (spring_energies(FirstFaceDiagonals{}, u, k) + spring_energies(OtherFaceDiagonals{}, u, k));
             }
-            HYBMSS_EDGES(HYBMSS_ENERGY)
             if constexpr (volume != Volume::none) {
                 const V dilation = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]).dilation;
-                const V kappa = load_lanes<V>(layer.stiffness[6] + n) * splat<V>(layer.volume_ratio);
-                energy.volume += sum_in_double(kappa * volume_energy<volume>(dilation));
+                energy.volume += sum_in_double(k[6] * splat<V>(layer.volume_ratio) * volume_energy<volume>(dilation));
             }
         }
-#undef HYBMSS_ENERGY
         energy.springs += sum_in_double(springs);
     }
     return energy;

@@ -20,40 +20,51 @@ namespace {
 /// 11 bits.)
 ///
 /// The argument of the estimate is bounded below by 2^-20, so that coincident ends give a finite factor.
-template <Accuracy accuracy, class V>
-HYBMSS_INLINE V one_minus_rsqrt(V s) {
+///
+/// Several springs at a time, step by step side by side: they do not depend on each other, their steps do.
+template <Accuracy accuracy, class V, std::size_t count>
+HYBMSS_INLINE void one_minus_rsqrt(const V (&s)[count], V (&out)[count]) {
     using T = Scalar<V>;
     constexpr Seed kSeed = seed_quality<V>();
     const auto c = [](double value) { return splat<V>(static_cast<T>(value)); };
+    const auto each = [](auto step) {
+        for (std::size_t i = 0; i < count; ++i) {
+            step(i);
+        }
+    };
     if constexpr (accuracy == Accuracy::exact || kSeed == Seed::none) {
         // s / ((1 + s) + sqrt(1 + s))
-        const V w = maximum(s + c(1.0), c(0x1p-40));
-        return s / (w + square_root(w));
+        V w[count], root[count];
+        each([&](std::size_t i) { w[i] = maximum(s[i] + c(1.0), c(0x1p-40)); });
+        each([&](std::size_t i) { root[i] = square_root(w[i]); });
+        each([&](std::size_t i) { out[i] = s[i] / (w[i] + root[i]); });
     } else {
-        const V raw = reciprocal_square_root_seed(s + c(1.0 + 0x1p-20));
         // Half a step below 1, 2^-(bits + 2), must exceed the estimate's error.
         constexpr int kBits = kSeed == Seed::bits14 ? 11 : kSeed == Seed::bits11 ? 9 : 5;
-        const V t = round_fraction<kBits>(raw);
-        const V y = c(1.0) - t;
-        const V r = multiply_add(t, subtract_product(s, t, y), y);
-        V series;
-        if constexpr (!Traits<V>::kFloat) {
-            // |r| < 2^-10.6, |y| > 2^-12.1 where r is that large: the term left out is below 2^-53 of the result.
-            series = multiply_add(c(63.0 / 256), r, c(35.0 / 128));
-            series = multiply_add(series, r, c(5.0 / 16));
-            series = multiply_add(series, r, c(3.0 / 8));
-        } else if constexpr (kSeed == Seed::bits14) {
-            series = c(3.0 / 8);
-        } else if constexpr (kSeed == Seed::bits11) {
-            series = multiply_add(c(5.0 / 16), r, c(3.0 / 8));
-        } else {
-            series = multiply_add(c(63.0 / 256), r, c(35.0 / 128));
-            series = multiply_add(series, r, c(5.0 / 16));
-            series = multiply_add(series, r, c(3.0 / 8));
+        // The coefficients of r, r^2, ...; what is left out is below an epsilon of the result:
+        // |r| < 2^-10.6, 2^-8.5 and 2^-4.7, and |y| > |r| / 3 wherever r is that large.
+        constexpr double kSeries[] = {1.0 / 2, 3.0 / 8, 5.0 / 16, 35.0 / 128, 63.0 / 256};
+        constexpr int kTerms = !Traits<V>::kFloat ? 5 : kSeed == Seed::bits14 ? 2 : kSeed == Seed::bits11 ? 3 : 5;
+        V t[count], y[count], r[count], series[count];
+        each([&](std::size_t i) { t[i] = reciprocal_square_root_seed(s[i] + c(1.0 + 0x1p-20)); });
+        each([&](std::size_t i) { t[i] = round_fraction<kBits>(t[i]); });
+        each([&](std::size_t i) { y[i] = c(1.0) - t[i]; });
+        each([&](std::size_t i) { r[i] = subtract_product(s[i], t[i], y[i]); });
+        each([&](std::size_t i) { r[i] = multiply_add(t[i], r[i], y[i]); });
+        each([&](std::size_t i) { series[i] = multiply_add(c(kSeries[kTerms - 1]), r[i], c(kSeries[kTerms - 2])); });
+        for (int term = kTerms - 3; term >= 0; --term) {
+            each([&](std::size_t i) { series[i] = multiply_add(series[i], r[i], c(kSeries[term])); });
         }
-        series = multiply_add(series, r, c(1.0 / 2));
-        return subtract_product(r * t, series, y);
+        each([&](std::size_t i) { out[i] = subtract_product(r[i] * t[i], series[i], y[i]); });
     }
+}
+
+template <Accuracy accuracy, class V>
+HYBMSS_INLINE V one_minus_rsqrt(V s) {
+    const V in[1] = {s};
+    V out[1];
+    one_minus_rsqrt<accuracy>(in, out);
+    return out[0];
 }
 
 /// (|d| - l)^2 / l^2 from s = |d|^2 / l^2 - 1, without cancellation: (s / (1 + sqrt(1 + s)))^2.
