@@ -109,53 +109,61 @@ struct CellSpring {
 /// than a processor looks ahead. With sixteen registers the spills cost more than that gains, and groups are taken
 /// apart.
 template <class... Springs>
-struct SpringGroup {
-    static constexpr int kCount = static_cast<int>(sizeof...(Springs));
-};
+struct SpringGroup {};
 
 // The cell's thirteen springs. Edges start at the low corner and face diagonals lie in the low faces: the others belong
 // to neighbouring cells. Cube diagonal i starts at corner i.
 using Edges = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<0, 4>>;
-using FirstFaceDiagonals = SpringGroup<CellSpring<0, 3>, CellSpring<1, 2>, CellSpring<0, 5>>;
-using OtherFaceDiagonals = SpringGroup<CellSpring<1, 4>, CellSpring<0, 6>, CellSpring<2, 4>>;
+using EdgesAndFaceDiagonals =
+    SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<0, 4>, CellSpring<1, 2>, CellSpring<1, 4>,
+                CellSpring<2, 4>, CellSpring<0, 3>, CellSpring<0, 5>, CellSpring<0, 6>>;
 using CubeDiagonals = SpringGroup<CellSpring<0, 7>, CellSpring<1, 6>, CellSpring<2, 5>, CellSpring<3, 4>>;
 // Those that lie in a node plane alone.
 using PlaneEdges = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>>;
-using PlaneFaceDiagonals = SpringGroup<CellSpring<0, 3>, CellSpring<1, 2>>;
+using PlaneEdgesAndFaceDiagonals = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<1, 2>, CellSpring<0, 3>>;
+template <bool face_diagonals>
+using EdgesAndFaces = std::conditional_t<face_diagonals, EdgesAndFaceDiagonals, Edges>;
+template <bool face_diagonals>
+using PlaneSprings = std::conditional_t<face_diagonals, PlaneEdgesAndFaceDiagonals, PlaneEdges>;
 
-/// du of each spring of a group, and its tension k (1 - l/|d|).
-template <Accuracy accuracy, class V, int corners, class... Springs>
-HYBMSS_INLINE void spring_tensions(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
-                                   Vector3<V> (&du)[sizeof...(Springs)], V (&tension)[sizeof...(Springs)]) {
-    int i = 0;
-    ((du[i++] = u[Springs::b] - u[Springs::a]), ...);
-    i = 0;
-    if constexpr (Traits<V>::kManyRegisters) {
-        V s[sizeof...(Springs)];
-        ((s[i] = Springs::stretch(du[i]), ++i), ...);
-        one_minus_rsqrt<accuracy>(s, tension);
-        i = 0;
-        ((tension[i] = k[Springs::kKind] * tension[i], ++i), ...);
-    } else {
-        ((tension[i] = k[Springs::kKind] * one_minus_rsqrt<accuracy>(Springs::stretch(du[i])), ++i), ...);
+/// The tension k (1 - l/|d|) of each spring of a group, by the pair of its corners.
+template <class V, class... Springs>
+struct Tensions {
+    V value[sizeof...(Springs)];
+
+    template <int a, int b>
+    HYBMSS_INLINE V at() const {
+        int i = 0, found = 0;
+        ((found = Springs::a == a && Springs::b == b ? i : found, ++i), ...);
+        return value[found];
     }
+};
+
+template <Accuracy accuracy, class V, int corners, class... Springs>
+HYBMSS_INLINE Tensions<V, Springs...> spring_tensions(SpringGroup<Springs...>, const Vector3<V> (&u)[corners],
+                                                      const V (&k)[7]) {
+    Tensions<V, Springs...> tension;
+    const V s[] = {Springs::stretch(u[Springs::b] - u[Springs::a])...};
+    one_minus_rsqrt<accuracy>(s, tension.value);
+    int i = 0;
+    ((tension.value[i] = k[Springs::kKind] * tension.value[i], ++i), ...);
+    return tension;
 }
 
-/// f_a += tension d, f_b -= tension d for each spring of a group.
-template <Accuracy accuracy, class V, int corners, class... Springs>
-HYBMSS_INLINE void add_spring_forces(SpringGroup<Springs...> group, const Vector3<V> (&u)[corners], const V (&k)[7],
-                                     Vector3<V> (&f)[corners]) {
-    if constexpr (sizeof...(Springs) > 1 && !Traits<V>::kManyRegisters) {
-        (add_spring_forces<accuracy>(SpringGroup<Springs>{}, u, k, f), ...);
-        return;
-    }
-    Vector3<V> du[sizeof...(Springs)];
-    V tension[sizeof...(Springs)];
-    spring_tensions<accuracy>(group, u, k, du, tension);
-    int i = 0;
-    ((f[Springs::a] = multiply_add(tension[i], Springs::vector(du[i]), f[Springs::a]),
-      f[Springs::b] = subtract_product(tension[i], Springs::vector(du[i]), f[Springs::b]), ++i),
-     ...);
+/// The force tension d of the spring between two corners, on corner a.
+template <int a, int b, class V, int corners, class Group>
+HYBMSS_INLINE Vector3<V> spring_force(const Vector3<V> (&u)[corners], const Group& tension) {
+    return scaled(tension.template at<a, b>(), CellSpring<a, b>::vector(u[b] - u[a]));
+}
+/// f + tension d
+template <int a, int b, class V, int corners, class Group>
+HYBMSS_INLINE void pull(Vector3<V>& f, const Vector3<V> (&u)[corners], const Group& tension) {
+    f = multiply_add(tension.template at<a, b>(), CellSpring<a, b>::vector(u[b] - u[a]), f);
+}
+/// f - tension d
+template <int a, int b, class V, int corners, class Group>
+HYBMSS_INLINE void push(Vector3<V>& f, const Vector3<V> (&u)[corners], const Group& tension) {
+    f = subtract_product(tension.template at<a, b>(), CellSpring<a, b>::vector(u[b] - u[a]), f);
 }
 
 /// Sum over a group of 1/2 k (|d| - l)^2 = k l^2 / 2 * squared strain.
@@ -196,50 +204,25 @@ HYBMSS_INLINE CellVolume<V> cell_volume(const Vector3<V>& e0, const Vector3<V>& 
     return cell;
 }
 
-/// Sets f[corner] to the forces of a vector of cells on their corners, from the corners' displacements u.
-/// Units: lengths h, stiffness k h, so f is in N.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
-HYBMSS_INLINE void cell_forces(const Vector3<V> (&u)[8], const V (&k)[7], Scalar<V> volume_ratio, Vector3<V> (&f)[8]) {
-    // Opposite corners get opposite forces from the cube diagonal between them and from the cell's volume: one sum.
-    Vector3<V> du[4], pair[4];
-    V tension[4];
-    spring_tensions<accuracy>(CubeDiagonals{}, u, k, du, tension);
-    const auto pull = [&]<class... Springs>(SpringGroup<Springs...>) {
-        int i = 0;
-        ((pair[i] = scaled(tension[i], Springs::vector(du[i])), ++i), ...);
-    };
-    pull(CubeDiagonals{});
+/// The forces of a vector of cells' cube diagonals and volumes on the corners 0 to 3; those on the opposite corners 7
+/// to 4 are opposite. Units: lengths h, stiffness k h, so forces are in N.
+template <Volume volume, Accuracy accuracy, class V>
+HYBMSS_INLINE void diagonal_forces(const Vector3<V> (&u)[8], const V (&k)[7], Scalar<V> volume_ratio,
+                                   Vector3<V> (&f)[4]) {
+    const auto tension = spring_tensions<accuracy>(CubeDiagonals{}, u, k);
+    f[0] = spring_force<0, 7>(u, tension);
+    f[1] = spring_force<1, 6>(u, tension);
+    f[2] = spring_force<2, 5>(u, tension);
+    f[3] = spring_force<3, 4>(u, tension);
     if constexpr (volume != Volume::none) {
         // Force on corner i: -kappa phi' dV'/dx_i; dV'/dx_0 = -(ST + TA)/32, dV'/dx_1 = (ST - TA)/32,
         // dV'/dx_2 = -(ST + AS)/32, dV'/dx_3 = (ST - AS)/32 in units of h^2.
-        const CellVolume<V> cell = cell_volume(du[0], du[1], du[2], du[3]);
+        const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
         const V pressure = k[6] * splat<V>(volume_ratio) * volume_slope<volume>(cell.dilation);
-        pair[0] = multiply_add(pressure, cell.st + cell.ta, pair[0]);
-        pair[1] = subtract_product(pressure, cell.st - cell.ta, pair[1]);
-        pair[2] = multiply_add(pressure, cell.st + cell.as, pair[2]);
-        pair[3] = subtract_product(pressure, cell.st - cell.as, pair[3]);
-    }
-    for (int i = 0; i < 4; ++i) {
-        f[i] = pair[i];
-        f[7 - i] = {-pair[i].x, -pair[i].y, -pair[i].z};
-    }
-    if constexpr (face_diagonals) {
-        add_spring_forces<accuracy>(FirstFaceDiagonals{}, u, k, f);
-        add_spring_forces<accuracy>(OtherFaceDiagonals{}, u, k, f);
-    }
-    add_spring_forces<accuracy>(Edges{}, u, k, f);
-}
-
-/// The forces of the springs that lie in a node plane alone (edges along x and y, face diagonals normal to z).
-template <bool face_diagonals, Accuracy accuracy, class V>
-HYBMSS_INLINE void plane_forces(const Vector3<V> (&u)[4], const V (&k)[7], Vector3<V> (&f)[4]) {
-    const V zero = splat<V>(0);
-    for (auto& force : f) {
-        force = {zero, zero, zero};
-    }
-    add_spring_forces<accuracy>(PlaneEdges{}, u, k, f);
-    if constexpr (face_diagonals) {
-        add_spring_forces<accuracy>(PlaneFaceDiagonals{}, u, k, f);
+        f[0] = multiply_add(pressure, cell.st + cell.ta, f[0]);
+        f[1] = multiply_add(pressure, cell.ta - cell.st, f[1]);
+        f[2] = multiply_add(pressure, cell.st + cell.as, f[2]);
+        f[3] = multiply_add(pressure, cell.as - cell.st, f[3]);
     }
 }
 

@@ -14,15 +14,14 @@ HYBMSS_INLINE void load_row(const LatticeLayer<T>& layer, std::ptrdiff_t n, Vect
             load_lanes<V>(layer.displacement[2] + n + 1)};
 }
 
-/// The force that a row of nodes gets from the corners on both its sides: the low corners of the cells at it, and, one
-/// lane further, the high corners. Merged in registers, because two overlapping read-modify-writes stall on store
-/// forwarding.
+/// The forces on the high corners of a vector of cells, moved one lane on to the nodes that they act on. A row of nodes
+/// gets its forces from the low corners of its own cells and the high corners of those before. They meet in registers,
+/// because two overlapping read-modify-writes of memory stall on store forwarding.
 template <class V>
-HYBMSS_INLINE Vector3<V> merge_columns(const Vector3<V>& low, const Vector3<V>& high, Vector3<V>& carry) {
-    const Vector3<V> sum = {low.x + shift_in(carry.x, high.x), low.y + shift_in(carry.y, high.y),
-                            low.z + shift_in(carry.z, high.z)};
+HYBMSS_INLINE Vector3<V> next_column(const Vector3<V>& high, Vector3<V>& carry) {
+    const Vector3<V> moved = {shift_in(carry.x, high.x), shift_in(carry.y, high.y), shift_in(carry.z, high.z)};
     carry = high;
-    return sum;
+    return moved;
 }
 
 template <class V, class T>
@@ -71,6 +70,11 @@ HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, 
 /// A node is used only by cells at or before it, so the nodes of a vector are finished, and may be integrated in place,
 /// as soon as the sweep has passed. The upper rows are written before the lower ones are read: with rows shorter than a
 /// vector they overlap.
+///
+/// First all tensions of edges and face diagonals, nine registers; then the cube diagonals and the volume, twelve; then
+/// the rows one after the other, each stored as soon as it is complete. Holding the forces of all eight corners at
+/// once, as the equations suggest, needs twice the registers there are, and stores are what the step has least room
+/// for.
 template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
 void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
     using T = Scalar<V>;
@@ -79,12 +83,9 @@ void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
     for (std::ptrdiff_t n = 0; n < row; n += kWidth<V>) {
         store_force<V>(layer.above, n, {zero, zero, zero});
     }
-    Vector3<V> carry[4];
-    for (auto& c : carry) {
-        c = {zero, zero, zero};
-    }
+    Vector3<V> carry00{zero, zero, zero}, carry10 = carry00, carry01 = carry00, carry11 = carry00;
     for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-        Vector3<V> u[8], f[8];
+        Vector3<V> u[8];
         load_row<V, T>(layer, n, u[0], u[1]);
         load_row<V, T>(layer, n + row, u[2], u[3]);
         load_row<V, T>(layer, n + plane, u[4], u[5]);
@@ -93,12 +94,44 @@ void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
         for (int kind = 0; kind < 7; ++kind) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
-        cell_forces<face_diagonals, volume, accuracy>(u, k, layer.volume_ratio, f);
-        store_force(layer.above, n + row, merge_columns(f[6], f[7], carry[3]));
-        store_force(layer.above, n, load_force<V>(layer.above, n) + merge_columns(f[4], f[5], carry[2]));
-        store_force(layer.partial, n + row,
-                    load_force<V>(layer.partial, n + row) + merge_columns(f[2], f[3], carry[1]));
-        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + merge_columns(f[0], f[1], carry[0]));
+        const auto tension = spring_tensions<accuracy>(EdgesAndFaces<face_diagonals>{}, u, k);
+        Vector3<V> f[4];
+        diagonal_forces<volume, accuracy>(u, k, layer.volume_ratio, f);
+
+        // Corners 4 to 7 get the opposite: their forces are held, and merged, with the sign reversed.
+        Vector3<V> f0 = f[0], minus_f6 = f[1], minus_f5 = f[2], minus_f4 = f[3];
+        if constexpr (face_diagonals) {
+            pull<0, 6>(f0, u, tension);
+            pull<0, 6>(minus_f6, u, tension);
+        }
+        store_force<V>(layer.above, n + row, Vector3<V>{zero, zero, zero} - minus_f6 - next_column(f[0], carry11));
+
+        pull<0, 4>(f0, u, tension);
+        pull<0, 4>(minus_f4, u, tension);
+        if constexpr (face_diagonals) {
+            pull<0, 5>(f0, u, tension);
+            pull<0, 5>(minus_f5, u, tension);
+            pull<1, 4>(f[1], u, tension);
+            pull<1, 4>(minus_f4, u, tension);
+            pull<2, 4>(f[2], u, tension);
+            pull<2, 4>(minus_f4, u, tension);
+        }
+        store_force<V>(layer.above, n, load_force<V>(layer.above, n) - minus_f4 - next_column(minus_f5, carry01));
+
+        pull<0, 2>(f0, u, tension);
+        push<0, 2>(f[2], u, tension);
+        if constexpr (face_diagonals) {
+            pull<0, 3>(f0, u, tension);
+            push<0, 3>(f[3], u, tension);
+            pull<1, 2>(f[1], u, tension);
+            push<1, 2>(f[2], u, tension);
+        }
+        store_force<V>(layer.partial, n + row,
+                       load_force<V>(layer.partial, n + row) + f[2] + next_column(f[3], carry10));
+
+        pull<0, 1>(f0, u, tension);
+        push<0, 1>(f[1], u, tension);
+        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + f0 + next_column(f[1], carry00));
     }
 }
 
@@ -107,19 +140,28 @@ template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
 void lattice_top(const LatticeLayer<Scalar<V>>& layer) {
     using T = Scalar<V>;
     const V zero = splat<V>(0);
-    Vector3<V> carry[2] = {{zero, zero, zero}, {zero, zero, zero}};
+    Vector3<V> carry00{zero, zero, zero}, carry10 = carry00;
     for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-        Vector3<V> u[4], f[4];
+        Vector3<V> u[4];
         load_row<V, T>(layer, n, u[0], u[1]);
         load_row<V, T>(layer, n + layer.row, u[2], u[3]);
         V k[7];
         for (int kind : {0, 1, 3}) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
-        plane_forces<face_diagonals, accuracy>(u, k, f);
+        const auto tension = spring_tensions<accuracy>(PlaneSprings<face_diagonals>{}, u, k);
+        Vector3<V> f0 = spring_force<0, 1>(u, tension), f1 = Vector3<V>{zero, zero, zero} - f0;
+        pull<0, 2>(f0, u, tension);
+        Vector3<V> f2 = Vector3<V>{zero, zero, zero} - spring_force<0, 2>(u, tension), f3{zero, zero, zero};
+        if constexpr (face_diagonals) {
+            pull<0, 3>(f0, u, tension);
+            push<0, 3>(f3, u, tension);
+            pull<1, 2>(f1, u, tension);
+            push<1, 2>(f2, u, tension);
+        }
         store_force(layer.partial, n + layer.row,
-                    load_force<V>(layer.partial, n + layer.row) + merge_columns(f[2], f[3], carry[1]));
-        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + merge_columns(f[0], f[1], carry[0]));
+                    load_force<V>(layer.partial, n + layer.row) + f2 + next_column(f3, carry10));
+        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + f0 + next_column(f1, carry00));
     }
 }
 
@@ -146,18 +188,11 @@ LayerEnergy lattice_energy(const LatticeLayer<Scalar<V>>& layer) {
         }
         V springs;
         if constexpr (top) {
-            springs = spring_energies(PlaneEdges{}, u, k);
-            if constexpr (face_diagonals) {
-                springs = springs + spring_energies(PlaneFaceDiagonals{}, u, k);
-            }
+            springs = spring_energies(PlaneSprings<face_diagonals>{}, u, k);
         } else {
             load_row<V, T>(layer, n + layer.plane, u[4], u[5]);
             load_row<V, T>(layer, n + layer.plane + layer.row, u[6], u[7]);
-            springs = spring_energies(CubeDiagonals{}, u, k) + spring_energies(Edges{}, u, k);
-            if constexpr (face_diagonals) {
-                springs = springs +
-                          (spring_energies(FirstFaceDiagonals{}, u, k) + spring_energies(OtherFaceDiagonals{}, u, k));
-            }
+            springs = spring_energies(CubeDiagonals{}, u, k) + spring_energies(EdgesAndFaces<face_diagonals>{}, u, k);
             if constexpr (volume != Volume::none) {
                 const V dilation = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]).dilation;
                 energy.volume += sum_in_double(k[6] * splat<V>(layer.volume_ratio) * volume_energy<volume>(dilation));

@@ -35,11 +35,6 @@ struct Traits<xsimd::batch<T, A>> {
     static constexpr bool kAvx512 = false;
 #endif
     static constexpr bool kFloat = sizeof(T) == 4;
-#if defined(__AVX512F__) || defined(__aarch64__)
-    static constexpr bool kManyRegisters = true; ///< 32, not 16
-#else
-    static constexpr bool kManyRegisters = false;
-#endif
 };
 
 template <class V>

@@ -22,8 +22,12 @@ namespace {
 struct Order {
     char address = 0;
 #if defined(__SANITIZE_THREAD__)
-    void before() { __tsan_release(&address); }
-    void after() { __tsan_acquire(&address); }
+    void before() {
+        __tsan_release(&address);
+    }
+    void after() {
+        __tsan_acquire(&address);
+    }
 #else
     void before() {}
     void after() {}
