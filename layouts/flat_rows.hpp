@@ -4,6 +4,7 @@
 #include "hybmss/material.hpp"
 #include "layouts/aligned_array.hpp"
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -21,16 +22,20 @@ struct NodeRun {
 ///
 ///     plane 0: row 0 | row 1 | ... | row ny | zeros to `plane`;  plane 1: ...;  plane nz
 ///
+/// Planes are normal to z or to y, whichever wastes fewer lanes on void cells: a bar of 4 x 4 x 24 cells has 24 planes
+/// of 25 nodes in 32 lanes, or 4 of 125 in 128. Mirrored axes and components make the same forces.
+///
 /// Rows are nx + 1 nodes long and not padded (a padded row costs more lanes than it saves); planes are padded so that
 /// they start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
 template <class T>
 struct FlatRows {
     FlatRows(const Lattice& lattice, const Material& material);
 
-    std::size_t row;    ///< nx + 1
-    std::size_t lanes;  ///< (nx + 1)(ny + 1), padded
-    std::size_t plane;  ///< distance of planes
-    std::size_t planes; ///< nz + 1
+    std::array<std::size_t, 3> axes; ///< the body's axis along a row, along a plane, and normal to the planes
+    std::size_t row;                 ///< nodes of a row
+    std::size_t lanes;               ///< nodes of a plane, padded
+    std::size_t plane;               ///< distance of planes
+    std::size_t planes;
     double cell_size;
     AlignedArray<T> stiffness[7];        ///< k h, N; see kernels::LatticeLayer
     AlignedArray<T> inverse_mass;        ///< 1 / (m h); 0 at void nodes

@@ -24,10 +24,16 @@ std::vector<std::size_t> divide_into_slabs(std::size_t layers) {
 }
 
 template <class T>
-void point_to(T* (&pointers)[3], AlignedArray<T>* arrays, std::size_t offset) {
+void point_to(T* (&pointers)[3], AlignedArray<T>* arrays, const std::array<std::size_t, 3>& axes, std::size_t offset) {
     for (std::size_t c = 0; c < 3; ++c) {
-        pointers[c] = arrays[c].data() + offset;
+        pointers[c] = arrays[axes[c]].data() + offset;
     }
+}
+
+/// Buffers have the layout's own components.
+template <class T>
+void point_to(T* (&pointers)[3], AlignedArray<T>* arrays) {
+    point_to(pointers, arrays, {0, 1, 2}, 0);
 }
 
 } // namespace
@@ -66,9 +72,12 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     layer.lanes = static_cast<std::ptrdiff_t>(layout_.lanes);
     layer.plane = static_cast<std::ptrdiff_t>(layout_.plane);
     const std::size_t offset = k * layout_.plane;
+    // Fields hold the body's components; the kernels' follow the layout's axes.
     for (std::size_t c = 0; c < 3; ++c) {
-        layer.displacement[c] = state.displacement[c].data() + offset;
-        layer.velocity[c] = state.velocity[c].size() ? state.velocity[c].data() + offset : nullptr;
+        auto& displacement = state.displacement[layout_.axes[c]];
+        auto& velocity = state.velocity[layout_.axes[c]];
+        layer.displacement[c] = displacement.data() + offset;
+        layer.velocity[c] = velocity.size() ? velocity.data() + offset : nullptr;
     }
     layer.inverse_mass = layout_.inverse_mass.data() + offset;
     for (std::size_t kind = 0; kind < 7; ++kind) {
@@ -91,22 +100,22 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     Layer layer = layer_at(state, first);
     layer.step = step;
     if (finish == Finish::store) {
-        point_to(layer.partial, state.force, first * layout_.plane);
+        point_to(layer.partial, state.force, layout_.axes, first * layout_.plane);
     } else if (lowest) {
-        point_to(layer.partial, own, 0);
+        point_to(layer.partial, own);
     } else {
-        point_to(layer.partial, joins + 6 * (slab - 1), 0);
+        point_to(layer.partial, joins + 6 * (slab - 1));
     }
     for (T* partial : layer.partial) {
         std::fill_n(partial, layout_.plane, T(0));
     }
     for (std::size_t k = first; k < end; ++k) {
         if (k + 1 == end && !highest) {
-            point_to(layer.above, joins + 6 * slab + 3, 0);
+            point_to(layer.above, joins + 6 * slab + 3);
         } else if (finish == Finish::store) {
-            point_to(layer.above, state.force, (k + 1) * layout_.plane);
+            point_to(layer.above, state.force, layout_.axes, (k + 1) * layout_.plane);
         } else {
-            point_to(layer.above, own + 3 * ((k + 1 - first) % 2), 0);
+            point_to(layer.above, own + 3 * ((k + 1 - first) % 2));
         }
         const bool joined = k == first && !lowest;
         layers[static_cast<int>(joined ? Finish::store : finish)](layer);
@@ -129,11 +138,11 @@ void LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T
         Layer layer = layer_at(state, slab_begin_[join + 1]);
         layer.step = step;
         if (finish == Finish::store) {
-            point_to(layer.partial, state.force, slab_begin_[join + 1] * layout_.plane);
+            point_to(layer.partial, state.force, layout_.axes, slab_begin_[join + 1] * layout_.plane);
         } else {
-            point_to(layer.partial, state.buffers.data() + 6 * join, 0);
+            point_to(layer.partial, state.buffers.data() + 6 * join);
         }
-        point_to(layer.above, state.buffers.data() + 6 * join + 3, 0);
+        point_to(layer.above, state.buffers.data() + 6 * join + 3);
         table_->join[static_cast<int>(finish)](layer);
     });
 }
@@ -167,7 +176,11 @@ PotentialEnergy LatticeBody<T>::energy(State<T>& state) const {
 template <class T>
 void LatticeBody<T>::step(State<T>& state, const StepParameters& parameters,
                           std::span<const PrescribedComponent<T>> prescribed, long count) const {
-    const StepConstants<T> constants = step_constants<T>(parameters, layout_.cell_size);
+    StepParameters along_axes = parameters;
+    for (std::size_t c = 0; c < 3; ++c) {
+        along_axes.acceleration[c] = parameters.acceleration[layout_.axes[c]];
+    }
+    const StepConstants<T> constants = step_constants<T>(along_axes, layout_.cell_size);
     const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
     for (long i = 0; i < count; ++i) {
         sweep(state, finish, constants);

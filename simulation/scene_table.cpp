@@ -52,7 +52,11 @@ double SceneTable::checked_number(const toml::node& node, std::string_view key) 
 }
 
 double SceneTable::number(std::string_view key) const {
-    return checked_number(*values_.get(key), key);
+    const toml::node& node = *values_.get(key);
+    if (!node.is_number()) {
+        throw scene_error(scene_, path(key), "it must be a number " + std::string(rule(key).key.allowed));
+    }
+    return checked_number(node, key);
 }
 
 std::array<double, 3> SceneTable::vector_of(const toml::node* node, std::string_view key) const {

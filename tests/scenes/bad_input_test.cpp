@@ -31,7 +31,7 @@ const BadLine kBadLines[] = {
     {"MissingKey", "density = 1000", "", "s.toml:4:1: material.density: missing"},
     {"MissingTable", "[solver]", "", "s.toml:"},
     {"WrongTypeText", "young_modulus = 1e4", "young_modulus = \"soft\"",
-     "s.toml:5:17: material.young_modulus = \"soft\": it must be above 0"},
+     "s.toml:5:17: material.young_modulus = \"soft\": it must be a number above 0"},
     {"WrongTypeFloatCells", "cells = [2, 3, 4]", "cells = [2, 0.5, 4]",
      "s.toml:2:9: body.cells = [2, 0.5, 4]: it must be three integers, each at least 1"},
     {"ZeroCells", "cells = [2, 3, 4]", "cells = [2, 0, 4]", "s.toml:2:9: body.cells = [2, 0, 4]: it must be"},
