@@ -1,64 +1,77 @@
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
-#include "bench/row_reporter.hpp"
+#include "bench/limits_benchmark.hpp"
+#include "bench/memory_table.hpp"
+#include "bench/scaling_benchmark.hpp"
 #include "bench/step_benchmark.hpp"
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <iostream>
 #include <memory>
-#include <regex>
-#include <stdexcept>
 
 namespace {
 
 using namespace hybmss;
 
 struct BenchArguments {
-    std::string json, filter, instruction_set = "automatic";
+    std::string json, filter, instruction_set = "automatic", layout, accuracy = "fast";
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
-    bool quick = false;
+    bool quick = false, limits = false, scaling = false, large = false, memory = false;
 };
 
-std::vector<bench::BenchRow> selected_rows(const BenchArguments& arguments) {
-    const std::vector<InstructionSet> sets =
+/// What is measured, and the words above its table.
+struct Selection {
+    std::vector<bench::Row> rows;
+    std::string introduction;
+};
+
+std::vector<std::string> layouts(const BenchArguments& arguments, std::vector<std::string> otherwise) {
+    if (arguments.layout.empty()) {
+        return otherwise;
+    }
+    if (arguments.layout == "all") {
+        return bench::row_layouts();
+    }
+    bench::check_layout(arguments.layout);
+    return {arguments.layout};
+}
+
+Selection select(const BenchArguments& arguments) {
+    bench::RowChoices choices;
+    choices.instruction_sets =
         arguments.instruction_set == "all"
             ? available_instruction_sets()
             : std::vector<InstructionSet>{resolve(parse_instruction_set(arguments.instruction_set))};
-    std::vector<bench::BenchRow> rows = bench::step_rows(sets, arguments.threads, arguments.quick);
-    try {
-        const std::regex filter(arguments.filter);
-        std::erase_if(rows, [&](const bench::BenchRow& row) { return !std::regex_search(bench::name(row), filter); });
-    } catch (const std::regex_error& error) {
-        throw std::invalid_argument("--filter " + arguments.filter + ": not a regular expression: " + error.what());
+    choices.threads = arguments.threads;
+    choices.accuracy = arguments.accuracy == "exact" ? Accuracy::exact : Accuracy::fast;
+    if (arguments.limits) {
+        return {bench::limits_benchmark(choices, arguments.seconds), bench::kLimitsIntroduction};
     }
-    if (rows.empty()) {
-        throw std::invalid_argument("--filter " + arguments.filter +
-                                    ": no row matches (they are named like "
-                                    "step/10x10x10/HybMSS/lattice/avx2/float/threads:1)");
+    if (arguments.scaling) {
+        choices.layouts = layouts(arguments, {"lattice"});
+        return {bench::scaling_benchmark(choices, arguments.large, arguments.seconds), bench::kScalingIntroduction};
     }
-    return rows;
+    if (arguments.memory) {
+        choices.layouts = layouts(arguments, bench::row_layouts());
+        return {bench::memory_table(choices), bench::kMemoryIntroduction};
+    }
+    choices.layouts = layouts(arguments, {"lattice", "network"});
+    return {bench::step_benchmark(bench::step_rows(choices, arguments.quick), arguments.seconds),
+            bench::kStepIntroduction};
 }
 
 void run_bench(const BenchArguments& arguments) {
-    const std::vector<bench::BenchRow> rows = selected_rows(arguments);
+    Selection selection = select(arguments);
+    bench::filter_rows(selection.rows, arguments.filter);
     const auto json = open_json_file(arguments.json);
-    for (const bench::BenchRow& row : rows) {
-        bench::register_step(row, arguments.seconds);
-    }
-    bench::RowReporter reporter(rows, std::cout, json ? &json->stream() : nullptr);
-    std::string program = "hybmss bench";
-    char* argv[] = {program.data()};
-    int argc = 1;
-    benchmark::Initialize(&argc, argv);
-    benchmark::RunSpecifiedBenchmarks(&reporter, ".*");
-    benchmark::Shutdown();
+    const bool good =
+        bench::run_rows(selection.rows, selection.introduction, std::cout, json ? &json->stream() : nullptr);
     if (json) {
         json->commit();
     }
-    if (reporter.failed()) {
+    if (!good) {
         throw CLI::RuntimeError(1);
     }
 }
@@ -70,9 +83,23 @@ void add_bench_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("bench", "measure the explicit step against the scalar yardstick");
     command->add_option("--json", arguments->json, "also write Google Benchmark's JSON to this file");
     command->add_flag("--quick", arguments->quick, "two meshes and two models only");
+    auto* limits = command->add_flag("--limits", arguments->limits,
+                                     "instead: what the machine can do, and how much of it the lattice step takes");
+    auto* scaling = command->add_flag("--scaling", arguments->scaling, "instead: cubes of 10^3 to 128^3 cells");
+    auto* memory = command->add_flag("--memory", arguments->memory, "instead: bytes per node and cell; times nothing");
+    command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too")->needs(scaling);
+    limits->excludes(scaling)->excludes(memory);
+    scaling->excludes(memory);
     command->add_option("--filter", arguments->filter, "only rows whose name matches this regular expression");
     command
         ->add_option("--isa", arguments->instruction_set, "sse2, avx2, avx512, neon, automatic, or all of this machine")
+        ->capture_default_str();
+    command
+        ->add_option("--layout", arguments->layout,
+                     "a layout's name; lattice or network: the plan's choice for a body so given; or all")
+        ->excludes(limits);
+    command->add_option("--accuracy", arguments->accuracy, "fast or exact")
+        ->check(CLI::IsMember({"fast", "exact"}))
         ->capture_default_str();
     command->add_option("--threads", arguments->threads, "thread counts, e.g. 1,2")
         ->delimiter(',')

@@ -34,6 +34,17 @@ double seconds_a_step(Simulation& simulation) {
     return seconds / static_cast<double>(steps);
 }
 
+void print_candidates(const PlanDescription& plan) {
+    if (plan.candidates.empty()) {
+        return;
+    }
+    fmt::print("candidates\n");
+    for (const CandidateFigure& figure : plan.candidates) {
+        fmt::print("  {:<40} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
+                   figure.finalist ? "" : ", dropped early");
+    }
+}
+
 void explain(const ExplainArguments& arguments) {
     if (arguments.keys) {
         fmt::print("{}", scene_keys_markdown());
@@ -66,6 +77,8 @@ void explain(const ExplainArguments& arguments) {
     row("springs", fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)", plan.springs,
                                unmerged.total()));
     fmt::print("plan\n");
+    row("effort", std::string(name(plan.effort)));
+    row("why", plan.reason);
     row("kernel", plan.kernel);
     row("layout", plan.layout);
     row("instruction set", std::string(name(plan.instruction_set)));
@@ -74,6 +87,7 @@ void explain(const ExplainArguments& arguments) {
     row("tiles", fmt::format("{}", plan.tiles));
     row("bytes",
         fmt::format("{} in the plan, about {:.3g} in the whole run", plan.bytes, estimated_bytes(scene.body, options)));
+    print_candidates(plan);
     fmt::print("time\n");
     row("critical time step", fmt::format("{:.6g} s", simulation.critical_time_step()));
     row("time step", fmt::format("{:.6g} s ({})", simulation.time_step(),

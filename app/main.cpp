@@ -29,6 +29,7 @@ int run(int argc, char** argv) {
     add_explain_command(app);
     add_forces_command(app);
     add_verify_command(app);
+    add_tune_command(app);
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);
 #endif

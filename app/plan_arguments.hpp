@@ -1,10 +1,14 @@
 #pragma once
 
 /// \file
-/// The options that every command on a scene takes: --isa, --threads, --precision, --layout.
+/// The options that every command on a scene takes: --isa, --threads, --precision, --layout, --effort,
+/// --wisdom.
 
 #include "hybmss/simulation.hpp"
+#include "hybmss/wisdom.hpp"
 
+#include <filesystem>
+#include <memory>
 #include <string>
 
 namespace CLI {
@@ -14,14 +18,24 @@ class App;
 namespace hybmss {
 
 struct PlanArguments {
-    std::string instruction_set = "automatic", precision = "double", layout;
+    std::string instruction_set = "automatic", precision = "double", layout, effort = "estimate", wisdom_file;
     int threads = 0;
+    std::shared_ptr<Wisdom> wisdom = std::make_shared<Wisdom>(); ///< what options() refers to
 
     void add_to(CLI::App& command, bool with_layout);
 
-    /// Throws std::invalid_argument for a name that is not known or not available here.
+    /// Reads the wisdom where the effort asks for it. Wisdom that is refused is an error for `stored`; for `measure` a
+    /// warning on stderr, for then the plan measures. Throws std::invalid_argument for that, and for a name that is not
+    /// known or not available here.
     SimulationOptions options() const;
+
+private:
+    void read_wisdom(Effort wanted) const;
 };
+
+/// Where wisdom is kept unless --wisdom says otherwise: $XDG_CACHE_HOME/hybmss/wisdom or ~/.cache/hybmss/wisdom. Throws
+/// std::invalid_argument where the environment names neither.
+std::filesystem::path default_wisdom_file();
 
 /// Throws std::invalid_argument that lists the known names, unless `layout` is one of them or "".
 void require_lattice_layout(const std::string& option, const std::string& layout, const std::string& besides = "");

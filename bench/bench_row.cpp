@@ -1,5 +1,8 @@
 #include "bench/bench_row.hpp"
 
+#include <algorithm>
+#include <stdexcept>
+
 namespace hybmss::bench {
 namespace {
 
@@ -26,6 +29,10 @@ std::string name(Precision precision) {
     return precision == Precision::float32 ? "float" : "double";
 }
 
+std::string name(Accuracy accuracy) {
+    return accuracy == Accuracy::fast ? "fast" : "exact";
+}
+
 std::string mesh_name(const BenchRow& row) {
     return std::to_string(row.mesh[0]) + "x" + std::to_string(row.mesh[1]) + "x" + std::to_string(row.mesh[2]);
 }
@@ -33,7 +40,7 @@ std::string mesh_name(const BenchRow& row) {
 std::string name(const BenchRow& row) {
     return "step/" + mesh_name(row) + "/" + name(row.model) + "/" + row.layout + "/" +
            std::string(name(row.instruction_set)) + "/" + name(row.precision) +
-           "/threads:" + std::to_string(row.threads);
+           (row.accuracy == Accuracy::exact ? "/exact" : "") + "/threads:" + std::to_string(row.threads);
 }
 
 Lattice row_lattice(const BenchRow& row) {
@@ -52,12 +59,37 @@ Material row_material(const BenchRow& row) {
 PlanOptions row_options(const BenchRow& row) {
     PlanOptions options;
     options.instruction_set = row.instruction_set;
-    options.layout = row.layout == "lattice" ? "flat-rows" : row.layout;
+    options.layout = row.layout == "lattice" || row.layout == "network" ? "" : row.layout;
     options.threads = row.threads;
+    options.accuracy = row.accuracy;
     return options;
 }
 
-std::vector<BenchRow> step_rows(const std::vector<InstructionSet>& sets, const std::vector<int>& threads, bool quick) {
+bool is_network(const BenchRow& row) {
+    const std::vector<std::string> layouts = network_layouts();
+    return row.layout == "network" || std::find(layouts.begin(), layouts.end(), row.layout) != layouts.end();
+}
+
+std::vector<std::string> row_layouts() {
+    std::vector<std::string> all = {"lattice"};
+    for (const std::vector<std::string>& layouts : {lattice_layouts(), network_layouts()}) {
+        all.insert(all.end(), layouts.begin(), layouts.end());
+    }
+    return all;
+}
+
+void check_layout(const std::string& layout) {
+    const std::vector<std::string> known = row_layouts();
+    if (std::find(known.begin(), known.end(), layout) == known.end()) {
+        std::string allowed;
+        for (const std::string& name : known) {
+            allowed += (allowed.empty() ? "" : ", ") + name;
+        }
+        throw std::invalid_argument("--layout " + layout + ": it must be all or one of " + allowed);
+    }
+}
+
+std::vector<BenchRow> step_rows(const RowChoices& choices, bool quick) {
     std::vector<std::array<int, 3>> meshes(kTable6.begin(), kTable6.end());
     std::vector<Model> models = {Model::hybmss, Model::without_face_diagonals, Model::without_correction_forces};
     if (quick) {
@@ -67,11 +99,11 @@ std::vector<BenchRow> step_rows(const std::vector<InstructionSet>& sets, const s
     std::vector<BenchRow> rows;
     for (const auto& mesh : meshes) {
         for (Model model : models) {
-            for (const char* layout : {"lattice", "network"}) {
-                for (InstructionSet set : sets) {
-                    for (Precision precision : {Precision::float32, Precision::float64}) {
-                        for (int count : threads) {
-                            rows.push_back({mesh, model, layout, set, precision, count});
+            for (const std::string& layout : choices.layouts) {
+                for (InstructionSet set : choices.instruction_sets) {
+                    for (Precision precision : choices.precisions) {
+                        for (int count : choices.threads) {
+                            rows.push_back({mesh, model, layout, set, precision, count, choices.accuracy});
                         }
                     }
                 }

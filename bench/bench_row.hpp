@@ -22,14 +22,26 @@ enum class Model {
     without_correction_forces ///< HybMSS-CF: A = 1, springs only
 };
 
-/// What one row measures. Its name holds every field: operation/mesh/model/layout/instruction set/precision/threads.
+/// What one row measures. Its name holds every field: operation/mesh/model/layout/instruction set/precision/threads,
+/// and "exact" behind the precision where the accuracy is that.
 struct BenchRow {
     std::array<int, 3> mesh = {10, 10, 10}; ///< cells
     Model model = Model::hybmss;
-    std::string layout = "lattice"; ///< "lattice" or "network"
+    /// "lattice" or "network": the body so described, in the layout that the plan chooses; or a layout's name.
+    std::string layout = "lattice";
     InstructionSet instruction_set = InstructionSet::automatic;
     Precision precision = Precision::float32;
     int threads = 1;
+    Accuracy accuracy = Accuracy::fast;
+};
+
+/// What the matrix is spanned by, besides meshes and models.
+struct RowChoices {
+    std::vector<InstructionSet> instruction_sets;
+    std::vector<std::string> layouts = {"lattice", "network"};
+    std::vector<Precision> precisions = {Precision::float32, Precision::float64};
+    std::vector<int> threads = {1, 2};
+    Accuracy accuracy = Accuracy::fast;
 };
 
 /// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1".
@@ -37,14 +49,21 @@ std::string name(const BenchRow& row);
 std::string mesh_name(const BenchRow& row); ///< e.g. "10x10x10"
 std::string name(Model model);              ///< "HybMSS", "HybMSS-FD" or "HybMSS-CF"
 std::string name(Precision precision);      ///< "float" or "double"
+std::string name(Accuracy accuracy);        ///< "fast" or "exact"
 
 /// The body, its material and the plan's options that a row asks for.
 Lattice row_lattice(const BenchRow& row);
 Material row_material(const BenchRow& row);
 PlanOptions row_options(const BenchRow& row);
+/// Whether the row's body is given as a network (else as a lattice).
+bool is_network(const BenchRow& row);
 
-/// Golec et al.'s Table 6 x three models x two layouts x `sets` x two precisions x `threads`.
-/// `quick`: two meshes and two models only.
-std::vector<BenchRow> step_rows(const std::vector<InstructionSet>& sets, const std::vector<int>& threads, bool quick);
+/// The names that a row's layout may have.
+std::vector<std::string> row_layouts();
+/// Throws std::invalid_argument that lists the known names.
+void check_layout(const std::string& layout);
+
+/// Golec et al.'s Table 6 x three models x what `choices` span. `quick`: two meshes and two models only.
+std::vector<BenchRow> step_rows(const RowChoices& choices, bool quick);
 
 } // namespace hybmss::bench

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstddef>
+#include <utility>
 
 namespace hybmss::bench {
 namespace {
@@ -27,20 +27,20 @@ long steps_per_slice(const Work& work, double slice_seconds) {
     }
 }
 
-Interleaved::Interleaved(Work candidate, Work yardstick, double slice_seconds)
-    : candidate_(std::move(candidate)), yardstick_(std::move(yardstick)),
-      candidate_steps_(steps_per_slice(candidate_, slice_seconds)),
-      yardstick_steps_(steps_per_slice(yardstick_, slice_seconds)) {}
-
-Round Interleaved::next() {
-    Round round{};
-    for (const bool candidate : {candidate_first_, !candidate_first_}) {
-        const long steps = candidate ? candidate_steps_ : yardstick_steps_;
-        const double per_step = seconds(candidate ? candidate_ : yardstick_, steps) / static_cast<double>(steps);
-        (candidate ? round.candidate : round.yardstick) = per_step;
+Interleaved::Interleaved(std::vector<Work> works, double slice_seconds) : works_(std::move(works)) {
+    for (const Work& work : works_) {
+        steps_.push_back(steps_per_slice(work, slice_seconds));
     }
-    candidate_first_ = !candidate_first_;
-    return round;
+}
+
+std::vector<double> Interleaved::next() {
+    std::vector<double> times(works_.size());
+    for (std::size_t i = 0; i < works_.size(); ++i) {
+        const std::size_t w = (first_ + i) % works_.size();
+        times[w] = seconds(works_[w], steps_[w]) / static_cast<double>(steps_[w]);
+    }
+    first_ = (first_ + 1) % works_.size();
+    return times;
 }
 
 double median(std::vector<double> values) {

@@ -4,6 +4,7 @@
 #include "hybmss/version.hpp"
 
 #include <fstream>
+#include <limits>
 #include <thread>
 
 namespace hybmss::bench {
@@ -50,6 +51,17 @@ std::string instruction_sets() {
 }
 
 } // namespace
+
+double available_memory() {
+    std::ifstream meminfo("/proc/meminfo");
+    std::string line;
+    while (std::getline(meminfo, line)) {
+        if (line.starts_with("MemAvailable:")) {
+            return 1024 * std::stod(line.substr(line.find(':') + 1));
+        }
+    }
+    return std::numeric_limits<double>::infinity();
+}
 
 std::vector<std::pair<std::string, std::string>> machine_description() {
     return {{"cpu_model", cpu_model()},

@@ -13,4 +13,7 @@ namespace hybmss::bench {
 /// build type and version of this library. (Google Benchmark's own `library_build_type` tells of its own build only.)
 std::vector<std::pair<std::string, std::string>> machine_description();
 
+/// Bytes of memory that the system says a program can still have; infinity where it does not say.
+double available_memory();
+
 } // namespace hybmss::bench

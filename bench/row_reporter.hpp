@@ -3,9 +3,7 @@
 /// \file
 /// Prints the rows as a table while they are measured, and writes them as Google Benchmark's JSON.
 
-#include "bench/bench_row.hpp"
-
-#include <benchmark/benchmark.h>
+#include "bench/row.hpp"
 
 #include <map>
 #include <ostream>
@@ -13,10 +11,10 @@
 
 namespace hybmss::bench {
 
-/// Reports `rows` (those that were registered). `json` may be null.
+/// Reports `rows` (those that were registered), which must outlive it. `json` may be null.
 class RowReporter : public benchmark::BenchmarkReporter {
 public:
-    RowReporter(const std::vector<BenchRow>& rows, std::ostream& table, std::ostream* json);
+    RowReporter(const std::vector<Row>& rows, std::string introduction, std::ostream& table, std::ostream* json);
 
     bool ReportContext(const Context& context) override;
     void ReportRuns(const std::vector<Run>& runs) override;
@@ -25,13 +23,14 @@ public:
     bool failed() const { return failed_; }
 
 private:
-    void print(const BenchRow& row, const Run& run);
+    void print(const Row& row, const Run& run);
 
-    std::map<std::string, BenchRow> rows_;
+    std::map<std::string, const Row*> rows_;
+    std::string introduction_;
     std::ostream& table_;
     bool write_json_;
     benchmark::JSONReporter json_;
-    std::string group_;
+    std::string heading_;
     bool failed_ = false;
 };
 

@@ -1,20 +1,17 @@
 #pragma once
 
 /// \file
-/// Measures the fused explicit step of one row against the scalar yardstick.
+/// Measures the fused explicit step against the scalar yardstick.
 
 #include "bench/bench_row.hpp"
-
-#include <benchmark/benchmark.h>
+#include "bench/row.hpp"
 
 namespace hybmss::bench {
 
-/// Runs one round (a slice of the candidate, a slice of the yardstick) per iteration of `state`, which must use manual
-/// time, and sets the row's counters from the medians. A state that is not finite at the end ends the row with an
-/// error.
-void measure_step(benchmark::State& state, const BenchRow& row);
+/// One row each; in a round, a slice of the step and a slice of the yardstick. A state that is not finite at the end
+/// ends the row with an error. A row takes about `seconds`.
+std::vector<Row> step_benchmark(const std::vector<BenchRow>& rows, double seconds);
 
-/// Registers the row so that its rounds take about `seconds` in all.
-void register_step(const BenchRow& row, double seconds);
+extern const char* const kStepIntroduction;
 
 } // namespace hybmss::bench

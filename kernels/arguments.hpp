@@ -96,4 +96,13 @@ struct NodeArrays {
     const T* inverse_mass;
 };
 
+/// Nodes of a network in packed arrays, x y z 0 a node; m.
+template <class T>
+struct PackedNodes {
+    T* displacement;
+    T* velocity;
+    T* force;
+    const T* inverse_mass; ///< 1 / m three times and 0
+};
+
 } // namespace hybmss::kernels

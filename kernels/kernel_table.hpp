@@ -4,6 +4,7 @@
 
 #include "hybmss/instruction_set.hpp"
 #include "kernels/arguments.hpp"
+#include "kernels/network_kernels.hpp"
 
 namespace hybmss::kernels {
 
@@ -29,6 +30,9 @@ struct KernelTable {
                                         std::ptrdiff_t end); ///< none: null
     void (*integrate[2])(const NodeArrays<T>&, const StepConstants<T>&, std::ptrdiff_t begin,
                          std::ptrdiff_t end); ///< [driven]
+
+    NetworkKernels<T, SpringBlock<T>, CellBlock<T>> packed;    ///< layout packed-xyzw
+    NetworkKernels<T, SpringRecord<T>, CellRecord<T>> records; ///< layout aos
 };
 
 /// The table of an available instruction set (not `automatic`).

@@ -5,6 +5,8 @@
 #include "kernels/kernel_table.hpp"
 #include "kernels/lattice_layer_impl.hpp"
 #include "kernels/network_impl.hpp"
+#include "kernels/network_packed_impl.hpp"
+#include "kernels/network_records_impl.hpp"
 
 namespace hybmss::kernels {
 namespace {
@@ -65,6 +67,8 @@ constexpr KernelTable<Scalar<V>> make_table(InstructionSet set) {
     table.cell_energy[static_cast<int>(Volume::mean_stretch)] = network_cell_energy<Volume::mean_stretch, V>;
     table.integrate[0] = network_integrate<false, V>;
     table.integrate[1] = network_integrate<true, V>;
+    table.packed = packed_kernels<V>();
+    table.records = record_kernels<V>();
     return table;
 }
 

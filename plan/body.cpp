@@ -41,68 +41,87 @@ void Body<T>::for_each_run(const Visit& visit) const {
 }
 
 template <class T>
-void Body<T>::write(VectorField<const T> in, double factor, NodeField<T>& field) const {
-    check_size(in.size);
-    const T* const from[3] = {in.x, in.y, in.z};
-    const T scale = static_cast<T>(factor);
+template <class Outer, class Inner, class Move>
+void Body<T>::for_each_component(Outer* const (&outer)[3], std::ptrdiff_t outer_stride,
+                                 const Component<Inner> (&inner)[3], const Move& move) const {
+    const std::ptrdiff_t inner_stride = inner[0].stride;
+    if (const std::span<const std::uint32_t> all = order(); !all.empty()) {
+        // Node by node: the caller's components of a node may share a cache line, and no neighbour will be near it.
+        constexpr std::size_t kPiece = 4096;
+        workers_.run((all.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+            const std::size_t end = std::min((piece + 1) * kPiece, all.size());
+            for (std::size_t i = piece * kPiece; i < end; ++i) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    move(outer[c][static_cast<std::ptrdiff_t>(all[i]) * outer_stride],
+                         inner[c].first[static_cast<std::ptrdiff_t>(i) * inner_stride]);
+                }
+            }
+        });
+        return;
+    }
     for_each_run([&](const NodeRun& run) {
         for (std::size_t c = 0; c < 3; ++c) {
-            const T* source = from[c] + static_cast<std::ptrdiff_t>(run.node) * in.stride;
-            T* target = field[c].data() + run.index;
-            if (in.stride == 1) {
+            Outer* theirs = outer[c] + static_cast<std::ptrdiff_t>(run.node) * outer_stride;
+            Inner* ours = inner[c].first + static_cast<std::ptrdiff_t>(run.index) * inner_stride;
+            if (outer_stride == 1 && inner_stride == 1) {
                 for (std::size_t n = 0; n < run.length; ++n) {
-                    target[n] = scale * source[n];
+                    move(theirs[n], ours[n]);
                 }
             } else {
-                for (std::size_t n = 0; n < run.length; ++n, source += in.stride) {
-                    target[n] = scale * *source;
+                for (std::size_t n = 0; n < run.length; ++n, theirs += outer_stride, ours += inner_stride) {
+                    move(*theirs, *ours);
                 }
             }
         }
     });
+}
+
+template <class T>
+void Body<T>::write(VectorField<const T> in, double factor, NodeField<T>& field) const {
+    check_size(in.size);
+    const T* const from[3] = {in.x, in.y, in.z};
+    const Component<T> to[3] = {component(field, 0), component(field, 1), component(field, 2)};
+    const T scale = static_cast<T>(factor);
+    for_each_component(from, in.stride, to, [scale](const T& source, T& target) { target = scale * source; });
 }
 
 template <class T>
 void Body<T>::read(const NodeField<T>& field, double factor, VectorField<T> out) const {
     check_size(out.size);
     T* const to[3] = {out.x, out.y, out.z};
+    const Component<const T> from[3] = {component(field, 0), component(field, 1), component(field, 2)};
     const T scale = static_cast<T>(factor);
-    for_each_run([&](const NodeRun& run) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            T* target = to[c] + static_cast<std::ptrdiff_t>(run.node) * out.stride;
-            const T* source = field[c].data() + run.index;
-            for (std::size_t n = 0; n < run.length; ++n, target += out.stride) {
-                *target = scale * source[n];
-            }
-        }
-    });
+    for_each_component(to, out.stride, from, [scale](T& target, const T& source) { target = scale * source; });
 }
 
 template <class T>
 void Body<T>::add(const NodeField<T>& field, VectorField<T> out) const {
     check_size(out.size);
     T* const to[3] = {out.x, out.y, out.z};
-    for_each_run([&](const NodeRun& run) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            T* target = to[c] + static_cast<std::ptrdiff_t>(run.node) * out.stride;
-            const T* source = field[c].data() + run.index;
-            for (std::size_t n = 0; n < run.length; ++n, target += out.stride) {
-                *target += source[n];
-            }
-        }
-    });
+    const Component<const T> from[3] = {component(field, 0), component(field, 1), component(field, 2)};
+    for_each_component(to, out.stride, from, [](T& target, const T& source) { target += source; });
 }
 
 template <class T>
 double Body<T>::kinetic_energy(const State<T>& state) const {
     const std::span<const double> mass = masses();
     double twice = 0;
-    for (const NodeRun& run : runs()) {
+    const auto add_node = [&](std::size_t node, std::size_t index) {
+        double square = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Component<const T> v = component(state.velocity, c);
+            const auto speed = static_cast<double>(v.first[static_cast<std::ptrdiff_t>(index) * v.stride]);
+            square += speed * speed;
+        }
+        twice += mass[node] * square;
+    };
+    const std::span<const std::uint32_t> all = order();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        add_node(all[i], i);
+    }
+    for (const NodeRun& run : all.empty() ? runs() : std::span<const NodeRun>()) {
         for (std::size_t n = 0; n < run.length; ++n) {
-            const std::size_t i = run.index + n;
-            const double x = static_cast<double>(state.velocity[0][i]), y = static_cast<double>(state.velocity[1][i]),
-                         z = static_cast<double>(state.velocity[2][i]);
-            twice += mass[run.node + n] * (x * x + y * y + z * z);
+            add_node(run.node + n, run.index + n);
         }
     }
     return 0.5 * twice * length_unit() * length_unit();
@@ -111,8 +130,10 @@ double Body<T>::kinetic_energy(const State<T>& state) const {
 template <class T>
 void Body<T>::set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed) {
     for (const PrescribedComponent<T>& p : prescribed) {
-        state.displacement[p.axis][p.index] = p.displacement;
-        state.velocity[p.axis][p.index] = p.velocity;
+        const auto axis = static_cast<std::size_t>(p.axis);
+        const Component<T> u = component(state.displacement, axis), v = component(state.velocity, axis);
+        u.first[static_cast<std::ptrdiff_t>(p.index) * u.stride] = p.displacement;
+        v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] = p.velocity;
     }
 }
 

@@ -12,8 +12,24 @@
 
 namespace hybmss {
 
+/// The three components of all nodes: an array each; or packed, x y z 0 a node, in [0] and nothing in [1] and [2].
 template <class T>
 using NodeField = AlignedArray<T>[3];
+
+/// One component of a node field: that of the node at index i is first[i * stride].
+template <class T>
+struct Component {
+    T* first;
+    std::ptrdiff_t stride;
+};
+template <class T>
+Component<T> component(NodeField<T>& field, std::size_t c) {
+    return field[1].size() > 0 ? Component<T>{field[c].data(), 1} : Component<T>{field[0].data() + c, 4};
+}
+template <class T>
+Component<const T> component(const NodeField<T>& field, std::size_t c) {
+    return field[1].size() > 0 ? Component<const T>{field[c].data(), 1} : Component<const T>{field[0].data() + c, 4};
+}
 
 /// What changes while a body is used: one for every execution at a time.
 template <class T>
@@ -43,8 +59,11 @@ public:
 
     std::size_t node_count() const { return masses().size(); }
     virtual std::span<const double> masses() const = 0;
-    /// Where the nodes lie in a NodeField.
+    /// Where the nodes lie in a NodeField: runs of neighbours.
     virtual std::span<const NodeRun> runs() const = 0;
+    /// For a body that renumbers its nodes: order()[i] is the node at index i, for every i < node_count(). Where it is
+    /// not empty, it holds and runs() does not.
+    virtual std::span<const std::uint32_t> order() const { return {}; }
     virtual std::size_t index_of(std::size_t node) const = 0;
     /// m by which displacements are divided inside.
     virtual double length_unit() const = 0;
@@ -77,6 +96,10 @@ private:
     /// Calls visit(run) for all runs, several at a time.
     template <class Visit>
     void for_each_run(const Visit& visit) const;
+    /// Calls move(caller's component, body's component) for all nodes and components.
+    template <class Outer, class Inner, class Move>
+    void for_each_component(Outer* const (&outer)[3], std::ptrdiff_t outer_stride, const Component<Inner> (&inner)[3],
+                            const Move& move) const;
 
     Workers workers_;
 };

@@ -1,6 +1,6 @@
 #include "hybmss/explicit_dynamics.hpp"
 
-#include "plan/body.hpp"
+#include "plan/planned_body.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -10,7 +10,8 @@ namespace hybmss {
 
 template <class T>
 struct ExplicitDynamics<T>::Implementation {
-    explicit Implementation(std::unique_ptr<Body<T>> made) : body(std::move(made)), state(body->make_state(true)) {}
+    explicit Implementation(PlannedBody<T> made)
+        : planned(std::move(made)), body(planned.body.get()), state(body->make_state(true)) {}
 
     /// The padding too: a motion that ended in NaN has reached it, and the next one must start clean.
     void set(VectorField<const T> in, NodeField<T>& field) {
@@ -23,17 +24,18 @@ struct ExplicitDynamics<T>::Implementation {
         body->write(in, 1 / body->length_unit(), field);
     }
 
-    std::unique_ptr<Body<T>> body;
+    PlannedBody<T> planned;
+    const Body<T>* body;
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
     std::vector<PrescribedComponent<T>> prescribed;
 };
 
 template <class T>
 ExplicitDynamics<T>::ExplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(make_body<T>(lattice, material, options))) {}
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::step))) {}
 template <class T>
 ExplicitDynamics<T>::ExplicitDynamics(const Network& network, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(make_body<T>(network, options))) {}
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::step))) {}
 template <class T>
 ExplicitDynamics<T>::ExplicitDynamics(ExplicitDynamics&&) noexcept = default;
 template <class T>
@@ -116,7 +118,7 @@ double ExplicitDynamics<T>::critical_time_step() const {
 }
 template <class T>
 PlanDescription ExplicitDynamics<T>::describe() const {
-    PlanDescription description = implementation_->body->describe();
+    PlanDescription description = implementation_->planned.describe();
     description.bytes += implementation_->state.bytes();
     return description;
 }

@@ -1,6 +1,6 @@
 #include "hybmss/force_plan.hpp"
 
-#include "plan/body.hpp"
+#include "plan/planned_body.hpp"
 
 #include <mutex>
 #include <vector>
@@ -10,7 +10,7 @@ namespace hybmss {
 /// The body, and the states that are not in use: each execution takes one, so that a plan may run many times at once.
 template <class T>
 struct ForcePlan<T>::Implementation {
-    explicit Implementation(std::unique_ptr<Body<T>> made) : body(std::move(made)) {
+    explicit Implementation(PlannedBody<T> made) : planned(std::move(made)), body(planned.body.get()) {
         idle.push_back(body->make_state(false));
     }
 
@@ -28,17 +28,18 @@ struct ForcePlan<T>::Implementation {
         idle.push_back(std::move(state));
     }
 
-    std::unique_ptr<Body<T>> body;
+    PlannedBody<T> planned;
+    const Body<T>* body;
     std::mutex mutex;
     std::vector<State<T>> idle;
 };
 
 template <class T>
 ForcePlan<T>::ForcePlan(const Lattice& lattice, const Material& material, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(make_body<T>(lattice, material, options))) {}
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::forces))) {}
 template <class T>
 ForcePlan<T>::ForcePlan(const Network& network, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(make_body<T>(network, options))) {}
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces))) {}
 template <class T>
 ForcePlan<T>::ForcePlan(ForcePlan&&) noexcept = default;
 template <class T>
@@ -78,7 +79,7 @@ double ForcePlan<T>::critical_time_step() const {
 
 template <class T>
 PlanDescription ForcePlan<T>::describe() const {
-    PlanDescription description = implementation_->body->describe();
+    PlanDescription description = implementation_->planned.describe();
     const std::lock_guard lock(implementation_->mutex);
     for (const State<T>& state : implementation_->idle) {
         description.bytes += state.bytes();

@@ -1,6 +1,8 @@
 #include "plan/lattice_body.hpp"
 #include "plan/network_body.hpp"
+#include "plan/packed_network_body.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -9,7 +11,9 @@ namespace {
 
 constexpr const char* kFlatRows = "flat-rows";
 constexpr const char* kNetwork = "network";
+constexpr const char* kPackedXyzw = "packed-xyzw";
 constexpr const char* kColouredSoa = "coloured-soa";
+constexpr const char* kAos = "aos";
 
 [[noreturn]] void refuse_layout(const std::string& given, const std::vector<std::string>& known) {
     std::string allowed;
@@ -19,13 +23,28 @@ constexpr const char* kColouredSoa = "coloured-soa";
     throw std::invalid_argument("layout \"" + given + "\" is not known for this body: it must be one of " + allowed);
 }
 
+/// "": packed-xyzw, which no other layout has beaten on any network measured.
+template <class T>
+std::unique_ptr<Body<T>> network_body(const Network& network, const PlanOptions& options, const std::string& layout) {
+    if (layout.empty() || layout == kPackedXyzw) {
+        return std::make_unique<PackedNetworkBody<T, PackedXyzw<T>>>(network, options);
+    }
+    if (layout == kColouredSoa) {
+        return std::make_unique<NetworkBody<T>>(network, options);
+    }
+    if (layout == kAos) {
+        return std::make_unique<PackedNetworkBody<T, ArrayOfStructs<T>>>(network, options);
+    }
+    refuse_layout(layout, network_layouts());
+}
+
 } // namespace
 
 std::vector<std::string> lattice_layouts() {
     return {kFlatRows, kNetwork};
 }
 std::vector<std::string> network_layouts() {
-    return {kColouredSoa};
+    return {kPackedXyzw, kColouredSoa, kAos};
 }
 
 template <class T>
@@ -35,7 +54,11 @@ std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& mater
         return std::make_unique<LatticeBody<T>>(lattice, material, options);
     }
     if (options.layout == kNetwork) {
-        return std::make_unique<NetworkBody<T>>(Network::from_lattice(lattice, material), options);
+        return network_body<T>(Network::from_lattice(lattice, material), options, "");
+    }
+    // A network's layouts by their own names too, so that what a plan says it chose can be asked for again.
+    if (const auto known = network_layouts(); std::find(known.begin(), known.end(), options.layout) != known.end()) {
+        return network_body<T>(Network::from_lattice(lattice, material), options, options.layout);
     }
     refuse_layout(options.layout, lattice_layouts());
 }
@@ -43,10 +66,7 @@ std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& mater
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& options) {
     validate(network);
-    if (options.layout.empty() || options.layout == kColouredSoa) {
-        return std::make_unique<NetworkBody<T>>(network, options);
-    }
-    refuse_layout(options.layout, network_layouts());
+    return network_body<T>(network, options, options.layout);
 }
 
 template std::unique_ptr<Body<float>> make_body(const Lattice&, const Material&, const PlanOptions&);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace hybmss {
 
@@ -70,8 +71,43 @@ std::string to_string(const PlanDescription& d) {
          << "nodes            " << d.nodes << "\n"
          << "springs          " << d.springs << "\n"
          << "cells            " << d.cells << "\n"
-         << "bytes            " << d.bytes << "\n";
+         << "bytes            " << d.bytes << "\n"
+         << "effort           " << name(d.effort) << "\n"
+         << "reason           " << d.reason << "\n";
+    for (const CandidateFigure& figure : d.candidates) {
+        text << "candidate        " << figure.name << ": " << figure.ns_per_cell_step << " ns a cell and step"
+             << (figure.finalist ? "" : " (dropped early)") << "\n";
+    }
     return text.str();
+}
+
+namespace {
+
+constexpr std::pair<Effort, std::string_view> kEfforts[] = {{Effort::estimate, "estimate"},
+                                                            {Effort::measure, "measure"},
+                                                            {Effort::stored, "stored"},
+                                                            {Effort::random, "random"}};
+
+} // namespace
+
+std::string_view name(Effort effort) {
+    for (const auto& [known, text] : kEfforts) {
+        if (known == effort) {
+            return text;
+        }
+    }
+    return "unknown";
+}
+
+Effort parse_effort(std::string_view text) {
+    std::string allowed;
+    for (const auto& [effort, known] : kEfforts) {
+        if (known == text) {
+            return effort;
+        }
+        allowed += (allowed.empty() ? "" : ", ") + std::string(known);
+    }
+    throw std::invalid_argument("effort \"" + std::string(text) + "\" is not known: it must be one of " + allowed);
 }
 
 } // namespace hybmss

@@ -79,7 +79,10 @@ void Simulation::Implementation::step(long count) {
 
 void Simulation::Implementation::restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
                                          long at_step) {
-    dynamics = make_dynamics(lattice, scene.material, options);
+    // The same plan: another measurement might choose another one, whose last bits differ.
+    SimulationOptions same = options;
+    same.plan = std::visit([](const auto& d) { return d.describe().choice; }, dynamics);
+    dynamics = make_dynamics(lattice, scene.material, same);
     set_state(dynamics, displacements, velocities);
     steps = at_step;
     prescribe();

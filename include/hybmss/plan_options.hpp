@@ -7,20 +7,53 @@
 #include "hybmss/instruction_set.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hybmss {
 
+class Wisdom;
+
+/// How a plan chooses among the layouts, instruction sets, accuracies and threads that the options leave open.
+enum class Effort {
+    estimate, ///< a fixed choice, nothing is timed; the same on every run
+    measure,  ///< what the wisdom holds, else times the candidates; may differ from run to run
+    stored,   ///< only what the wisdom holds, else std::invalid_argument; the same on every run
+    random    ///< any valid candidate, drawn by `random_seed`: for tests
+};
+
+/// "estimate", "measure", "stored" or "random".
+std::string_view name(Effort effort);
+
+/// The inverse of name(). Throws std::invalid_argument that lists the known names.
+Effort parse_effort(std::string_view text);
+
 struct PlanOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
-    /// Name of a layout, "" for the plan's own choice. For a lattice: "flat-rows", or "network" (explicit springs made
-    /// from it); for a network: "coloured-soa".
+    /// Name of a layout, "" for the plan's own choice. See lattice_layouts() and network_layouts(); for a lattice,
+    /// "network" means explicit springs made from it.
     std::string layout;
+    /// The least accuracy: where it is `fast`, a plan that measures may choose `exact` if that is no slower.
     Accuracy accuracy = Accuracy::fast;
     /// Worker threads at most, >= 0; 0 for all of the machine. A small body takes fewer. The results do not depend on
     /// it.
     int threads = 0;
+    Effort effort = Effort::estimate;
+    /// Read by `stored` and `measure`; `measure` adds what it finds. Owned by the caller, used during construction
+    /// only; null: none.
+    Wisdom* wisdom = nullptr;
+    /// About how long, in s, `measure` may time candidates for one plan; finite and > 0.
+    double measure_seconds = 0.3;
+    std::uint32_t random_seed = 1;
+};
+
+/// What the tuner found of one candidate.
+struct CandidateFigure {
+    std::string name;            ///< layout/instruction set/accuracy/threads:N
+    double ns_per_cell_step = 0; ///< per node where the body has no cells
+    bool finalist = false; ///< timed to the end on the full sample, not dropped early: its figure is the surer one
 };
 
 /// What a plan chose and what it holds.
@@ -33,6 +66,10 @@ struct PlanDescription {
     std::size_t nodes = 0, springs = 0, cells = 0;
     std::size_t bytes = 0; ///< held by the plan itself, scratch included
     std::size_t tiles = 0; ///< independent pieces of work; fixed by the body, not by the threads
+    PlanOptions choice;    ///< what makes this very plan again, with nothing left to choose
+    Effort effort = Effort::estimate;
+    std::string reason;                      ///< why this choice, in one line
+    std::vector<CandidateFigure> candidates; ///< fastest first; empty where nothing was ever timed
 };
 
 /// One line a fact, for a person.

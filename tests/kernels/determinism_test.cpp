@@ -59,14 +59,19 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfALyingBar) {
 }
 
 TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfANetwork) {
-    PlanOptions options;
-    options.layout = "network";
-    options.instruction_set = available_instruction_sets().back();
-    options.threads = 1;
-    const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, 100, 1);
-    for (int threads : {2, 3, 8}) {
-        options.threads = threads;
-        EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 100, threads), one) << threads;
+    for (const std::string& layout : network_layouts()) {
+        for (InstructionSet set : available_instruction_sets()) {
+            PlanOptions options;
+            options.layout = layout;
+            options.instruction_set = set;
+            options.threads = 1;
+            const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, 100, 1);
+            for (int threads : {2, 3, 8}) {
+                options.threads = threads;
+                const int expected = layout == "aos" ? 1 : threads; // one tile, for one thread
+                EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 100, expected), one) << layout << " " << threads;
+            }
+        }
     }
 }
 

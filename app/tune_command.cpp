@@ -1,0 +1,177 @@
+#include "app/commands.hpp"
+#include "app/plan_arguments.hpp"
+#include "app/tune_check.hpp"
+#include "app/tune_rows.hpp"
+#include "plan/candidates.hpp"
+#include "simulation/memory.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+namespace {
+
+using namespace hybmss;
+
+struct TuneArguments {
+    std::string scene, wisdom_file, instruction_set = "automatic", layout, precision = "both", operation = "step";
+    int threads = 0;
+    double seconds = 0.3;
+    bool matrix = false, check = false;
+};
+
+std::vector<TuneRow> rows_of(const TuneArguments& arguments) {
+    std::vector<Precision> precisions = {Precision::float32, Precision::float64};
+    if (arguments.precision != "both") {
+        precisions = {parse_precision(arguments.precision)};
+    }
+    const bool forces = arguments.operation == "forces";
+    if (arguments.scene.empty()) {
+        return tune_matrix(precisions, forces);
+    }
+    const Scene scene = load_scene(arguments.scene);
+    SimulationOptions largest;
+    largest.precision = precisions.back();
+    check_size(scene, largest, available_bytes());
+    const auto& cells = scene.body.cells;
+    const Lattice lattice = Lattice::box(static_cast<int>(cells[0]), static_cast<int>(cells[1]),
+                                         static_cast<int>(cells[2]), scene.body.cell_size);
+    std::vector<TuneRow> rows;
+    for (const Precision precision : precisions) {
+        rows.push_back(tune_row(arguments.scene, lattice, scene.material, precision, forces));
+    }
+    return rows;
+}
+
+std::filesystem::path file_of(const TuneArguments& arguments) {
+    if (!arguments.wisdom_file.empty()) {
+        return arguments.wisdom_file;
+    }
+    const std::filesystem::path file = default_wisdom_file();
+    std::error_code error;
+    std::filesystem::create_directories(file.parent_path(), error);
+    if (error) {
+        throw std::invalid_argument(file.parent_path().string() + ": cannot be made: " + error.message() +
+                                    "; --wisdom names another file");
+    }
+    return file;
+}
+
+/// What the file holds; nothing where it is refused, for then it is replaced.
+Wisdom wisdom_in(const std::filesystem::path& file) {
+    Wisdom wisdom;
+    if (std::filesystem::exists(file)) {
+        try {
+            wisdom.import_file(file);
+        } catch (const WisdomError& error) {
+            fmt::print(stderr, "hybmss: warning: {}; it is replaced\n", error.what());
+        }
+    }
+    return wisdom;
+}
+
+void write(const Wisdom& wisdom, const std::filesystem::path& file) {
+    try {
+        wisdom.export_file(file);
+    } catch (const WisdomError& error) {
+        throw std::invalid_argument(std::string("--wisdom ") + error.what());
+    }
+}
+
+void print_candidates(const PlanDescription& plan) {
+    for (const CandidateFigure& figure : plan.candidates) {
+        fmt::print("  {:<40} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
+                   figure.finalist ? "" : ", dropped early");
+    }
+}
+
+std::string chosen_name(const PlanDescription& plan) {
+    const PlanOptions& c = plan.choice;
+    return name(Candidate{c.layout, c.instruction_set, c.accuracy, c.threads});
+}
+
+void print_check(const TuneRow& row, const PlanOptions& options, const std::string& chosen) {
+    constexpr double kSecondsEach = 0.3;
+    const std::vector<ExhaustiveFigure> figures = time_exhaustively(row, options, kSecondsEach);
+    fmt::print("  check: all candidates at length, on the whole body\n");
+    for (const ExhaustiveFigure& figure : figures) {
+        fmt::print("  {:<40} {:8.3g} ns a cell and step, {:.3f} times the best{}\n", figure.name,
+                   figure.ns_per_cell_step, figure.ns_per_cell_step / figures.front().ns_per_cell_step,
+                   figure.name == chosen ? " <- chosen" : "");
+    }
+}
+
+void tune(const TuneArguments& arguments) {
+    PlanOptions options;
+    options.instruction_set = parse_instruction_set(arguments.instruction_set);
+    resolve(options.instruction_set);
+    require_lattice_layout("--layout", arguments.layout);
+    options.layout = arguments.layout;
+    options.threads = arguments.threads;
+    options.effort = Effort::measure;
+    options.measure_seconds = arguments.seconds;
+
+    std::vector<TuneRow> rows = rows_of(arguments);
+    if (!options.layout.empty()) {
+        std::erase_if(rows, [](const TuneRow& row) { return row.as_network; });
+    }
+    const std::filesystem::path file = file_of(arguments);
+    Wisdom wisdom = wisdom_in(file);
+    const bool terminal = isatty(fileno(stderr)) == 1;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+        if (terminal) {
+            fmt::print(stderr, "\r\033[K[{} of {}] {}", r + 1, rows.size(), rows[r].name);
+            std::fflush(stderr);
+        }
+        Wisdom found; // empty, so that what is known already is measured anew
+        options.wisdom = &found;
+        const PlanDescription plan = describe_plan(rows[r], options);
+        wisdom.merge(found);
+        write(wisdom, file); // after every row: a kill loses one
+        if (terminal) {
+            fmt::print(stderr, "\r\033[K");
+        }
+        fmt::print("{}: {}\n  {}\n", rows[r].name, chosen_name(plan), plan.reason);
+        if (!arguments.scene.empty() || arguments.check) {
+            print_candidates(plan);
+        }
+        if (arguments.check) {
+            print_check(rows[r], options, chosen_name(plan));
+        }
+        std::fflush(stdout);
+    }
+    fmt::print("{} entries in {}\n", wisdom.entries(), file.string());
+}
+
+} // namespace
+
+void add_tune_command(CLI::App& app) {
+    const auto arguments = std::make_shared<TuneArguments>();
+    CLI::App* command = app.add_subcommand("tune", "measure which plans are fastest here, and store it as wisdom");
+    CLI::Option* scene = command->add_option("SCENE", arguments->scene, "scene file (TOML) whose body to measure");
+    command->add_flag("--matrix", arguments->matrix, "measure cubes of all usual sizes; the default without a SCENE")
+        ->excludes(scene);
+    command->add_option("--wisdom", arguments->wisdom_file,
+                        "file to add to; default: $XDG_CACHE_HOME/hybmss/wisdom or ~/.cache/hybmss/wisdom");
+    command->add_flag("--check", arguments->check, "also time all candidates at length and compare the choice");
+    command->add_option("--seconds", arguments->seconds, "for timing, a body")
+        ->check(CLI::Range(0.01, 3600.0))
+        ->capture_default_str();
+    command->add_option("--operation", arguments->operation, "step (what run does) or forces (ForcePlan)")
+        ->check(CLI::IsMember({"step", "forces"}))
+        ->capture_default_str();
+    command->add_option("--precision", arguments->precision, "float, double or both")
+        ->check(CLI::IsMember({"float", "double", "both"}))
+        ->capture_default_str();
+    command->add_option("--threads", arguments->threads, "worker threads at most; 0: all of the machine")
+        ->check(CLI::Range(0, 4096))
+        ->capture_default_str();
+    command->add_option("--isa", arguments->instruction_set, "instruction set: automatic, sse2, avx2, avx512 or neon")
+        ->capture_default_str();
+    command->add_option("--layout", arguments->layout, "for lattices, this layout only");
+    command->callback([arguments] { tune(*arguments); });
+}

@@ -1,0 +1,33 @@
+#pragma once
+
+/// \file
+/// The bodies that `hybmss tune` measures.
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+#include "hybmss/simulation.hpp"
+
+#include <string>
+#include <vector>
+
+namespace hybmss {
+
+/// One class of bodies.
+struct TuneRow {
+    std::string name;
+    Lattice lattice;
+    Material material;
+    bool as_network = false; ///< the body is the network made from the lattice
+    Precision precision = Precision::float32;
+    bool forces = false; ///< for ForcePlan; else for ExplicitDynamics
+};
+
+/// A scene's body.
+TuneRow tune_row(const std::string& scene_name, const Lattice& lattice, const Material& material, Precision precision,
+                 bool forces);
+
+/// Cubes in each half step of log2(nodes) from 2^9 to 2^18, in each precision, with each variant of the kernels: as
+/// lattices, and up to 2^16 nodes as networks with and without cells.
+std::vector<TuneRow> tune_matrix(const std::vector<Precision>& precisions, bool forces);
+
+} // namespace hybmss

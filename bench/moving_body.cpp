@@ -1,0 +1,71 @@
+#include "bench/moving_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace hybmss::bench {
+
+template <class T>
+std::vector<T> random_displacements(std::size_t nodes, double cell_size) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(-0.01 * cell_size, 0.01 * cell_size);
+    std::vector<T> values(3 * nodes);
+    std::generate(values.begin(), values.end(), [&] { return static_cast<T>(uniform(random)); });
+    return values;
+}
+
+template <class T>
+ExplicitDynamics<T> row_dynamics(const BenchRow& row) {
+    const Lattice lattice = row_lattice(row);
+    const Material material = row_material(row);
+    const PlanOptions options = row_options(row);
+    ExplicitDynamics<T> dynamics = is_network(row)
+                                       ? ExplicitDynamics<T>(Network::from_lattice(lattice, material), options)
+                                       : ExplicitDynamics<T>(lattice, material, options);
+    std::vector<T> u = random_displacements<T>(dynamics.node_count(), lattice.cell_size());
+    dynamics.set_displacements(VectorField<T>::aos(u.data(), dynamics.node_count()));
+    return dynamics;
+}
+
+template <class T>
+StepParameters gentle_steps(const ExplicitDynamics<T>& dynamics) {
+    StepParameters parameters;
+    parameters.time_step = 0.5 * dynamics.critical_time_step();
+    parameters.mass_damping = 1e-5 / parameters.time_step;
+    return parameters;
+}
+
+template <class T>
+bool all_finite(const ExplicitDynamics<T>& dynamics) {
+    std::vector<T> u(3 * dynamics.node_count());
+    dynamics.get_displacements(VectorField<T>::aos(u.data(), dynamics.node_count()));
+    return std::all_of(u.begin(), u.end(), [](T value) { return std::isfinite(value); });
+}
+
+bool all_finite(const Yardstick& body) {
+    return std::all_of(body.nodes.begin(), body.nodes.end(), [](const YardstickNode& node) {
+        return std::isfinite(node.position.x + node.position.y + node.position.z);
+    });
+}
+
+Yardstick moving_yardstick(const Lattice& lattice, const Material& material) {
+    Yardstick body = make_yardstick(Network::from_lattice(lattice, material));
+    const std::vector<double> u = random_displacements<double>(body.nodes.size(), lattice.cell_size());
+    for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+        Vector3& x = body.nodes[n].position;
+        x = {x.x + u[3 * n], x.y + u[3 * n + 1], x.z + u[3 * n + 2]};
+    }
+    return body;
+}
+
+template std::vector<float> random_displacements(std::size_t, double);
+template std::vector<double> random_displacements(std::size_t, double);
+template ExplicitDynamics<float> row_dynamics(const BenchRow&);
+template ExplicitDynamics<double> row_dynamics(const BenchRow&);
+template StepParameters gentle_steps(const ExplicitDynamics<float>&);
+template StepParameters gentle_steps(const ExplicitDynamics<double>&);
+template bool all_finite(const ExplicitDynamics<float>&);
+template bool all_finite(const ExplicitDynamics<double>&);
+
+} // namespace hybmss::bench

@@ -1,0 +1,37 @@
+#pragma once
+
+/// \file
+/// A body that trembles, for timing its steps.
+
+#include "bench/bench_row.hpp"
+#include "bench/yardstick.hpp"
+
+#include "hybmss/explicit_dynamics.hpp"
+
+#include <vector>
+
+namespace hybmss::bench {
+
+/// Displacements (m) of `nodes` nodes, x y z each: random, at a strain near 1e-2.
+template <class T>
+std::vector<T> random_displacements(std::size_t nodes, double cell_size);
+
+/// The row's body, trembling.
+template <class T>
+ExplicitDynamics<T> row_dynamics(const BenchRow& row);
+
+/// Half the critical step and a hundred thousandth of damping a step. The body keeps trembling for the whole row (1e5
+/// steps take the energy to about 1/e), so nothing blows up, and nothing decays into denormal numbers: displacements
+/// stay near 1e-3 m, their squares far above 1e-38.
+template <class T>
+StepParameters gentle_steps(const ExplicitDynamics<T>& dynamics);
+
+/// Whether every displacement is finite.
+template <class T>
+bool all_finite(const ExplicitDynamics<T>& dynamics);
+bool all_finite(const Yardstick& body);
+
+/// The same body, with the same displacements, as the yardstick.
+Yardstick moving_yardstick(const Lattice& lattice, const Material& material);
+
+} // namespace hybmss::bench

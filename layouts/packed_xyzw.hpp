@@ -1,0 +1,62 @@
+#pragma once
+
+#include "hybmss/network.hpp"
+#include "layouts/aligned_array.hpp"
+#include "layouts/network_blocks.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hybmss {
+
+/// How the layout packed-xyzw numbers nodes inside.
+enum class NodeOrder { automatic, given, rows, space_filling };
+
+/// The layout "packed-xyzw" of a network: nodes of four components, springs and cells in conflict-free blocks of
+/// sixteen, blocks in tiles.
+///
+///     nodes:   | x y z 0 | x y z 0 | ...  one load and one store a node; a vector of nodes is four loads a quarter
+///                                         vector each, transposed in registers to x.., y.., z..
+///     springs: | block: a x16 | b x16 | rest x, y, z x16 each | k x16 | 1/l^2 x16 | block | ...
+///     tiles:   | colour 0: tile 3, tile 7, ... | colour 1: tile 0, ... |
+///                          |  \_ cell blocks of the tile
+///                          \____ spring blocks of the tile
+///
+/// Nodes keep the caller's numbering where it is one in space; else they are numbered row by row, like a lattice
+/// (row_order.hpp). The Z curve of space_filling_order.hpp was tried: tiles touch fewer nodes, but each of them many
+/// memory pages and short runs of cache lines, and a step of 64^3 cells took 1.9 times as long as with rows.
+/// A tile owns a range of nodes and
+/// holds the springs and cells whose lowest node is among them, so a tile's nodes stay in the first-level cache while
+/// its blocks stream past. Within a block no node occurs twice (conflict_free_blocks.hpp); tiles of one colour share no
+/// node (tile_coloring.hpp). Sizes depend on the body alone.
+///
+/// Gaps in blocks are springs and cells of stiffness zero that begin and end at the tile's own dummy node, which
+/// follows the body's nodes: nobody else touches it, and what is added there is zero.
+template <class T>
+struct PackedXyzw {
+    explicit PackedXyzw(const Network& network, NodeOrder order = NodeOrder::automatic);
+
+    /// order[i] is the caller's node at place i; empty where the order is the caller's.
+    std::vector<std::uint32_t> order;
+    std::vector<std::uint32_t> place; ///< the inverse
+    AlignedArray<SpringBlock<T>> springs;
+    AlignedArray<CellBlock<T>> cells;
+    std::vector<NetworkTile> tiles;       ///< colour after colour; in blocks
+    std::vector<std::size_t> color_begin; ///< where each colour starts in `tiles`; one more entry at the end
+    std::vector<double> masses;           ///< kg, in the caller's order
+    AlignedArray<T> inverse_mass;         ///< 1 / m three times and 0 for each node; zero at the dummies
+    std::size_t node_count;
+    std::size_t spring_count;
+    std::size_t cell_count;
+
+    /// Nodes in an array, dummies and padding included; a multiple of kPadding.
+    std::size_t size() const { return inverse_mass.size() / 4; }
+    std::size_t bytes() const;
+};
+
+extern template struct PackedXyzw<float>;
+extern template struct PackedXyzw<double>;
+
+} // namespace hybmss

@@ -1,0 +1,156 @@
+#include "plan/packed_network_body.hpp"
+
+#include "plan/critical_time_step.hpp"
+#include "plan/plan_description.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace hybmss {
+namespace {
+
+/// The name of a layout, its kernels in a table, and what its kernels' names begin with.
+template <class T>
+struct Facts;
+template <class T>
+struct Facts<PackedXyzw<T>> {
+    static constexpr const char *kLayout = "packed-xyzw", *kKernels = "packed";
+    static constexpr int kMostThreads = std::numeric_limits<int>::max();
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return table.packed; }
+};
+template <class T>
+struct Facts<ArrayOfStructs<T>> {
+    static constexpr const char *kLayout = "aos", *kKernels = "record";
+    static constexpr int kMostThreads = 1;
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return table.records; }
+};
+
+std::ptrdiff_t signed_index(std::size_t i) {
+    return static_cast<std::ptrdiff_t>(i);
+}
+
+} // namespace
+
+template <class T, class Layout>
+PackedNetworkBody<T, Layout>::PackedNetworkBody(const Network& network, const PlanOptions& options)
+    : Body<T>(Workers(std::min(useful_threads(options.threads, network.masses.size()), Facts<Layout>::kMostThreads))),
+      layout_(network), run_{0, 0, layout_.node_count},
+      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
+      accuracy_(options.accuracy), critical_time_step_(network_critical_time_step(network)) {}
+
+template <class T, class Layout>
+State<T> PackedNetworkBody<T, Layout>::make_state(bool moving) const {
+    State<T> state;
+    state.displacement[0] = AlignedArray<T>(4 * layout_.size());
+    if (moving) {
+        state.velocity[0] = AlignedArray<T>(4 * layout_.size());
+    }
+    return state;
+}
+
+template <class T, class Layout>
+kernels::PackedNodes<T> PackedNetworkBody<T, Layout>::packed_nodes(State<T>& state) const {
+    return {state.displacement[0].data(), state.velocity[0].data(), state.force[0].data(), layout_.inverse_mass.data()};
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::clear_forces(State<T>& state) const {
+    if (state.force[0].size() == 0) {
+        state.force[0] = AlignedArray<T>(4 * layout_.size());
+    } else {
+        std::fill_n(state.force[0].data(), state.force[0].size(), T(0));
+    }
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::accumulate(const kernels::PackedNodes<T>& nodes) const {
+    const auto& kernels = Facts<Layout>::kernels(*table_);
+    const auto springs = kernels.springs[static_cast<int>(accuracy_)];
+    const auto cells = kernels.cells[static_cast<int>(volume_)];
+    for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
+        const std::size_t first = layout_.color_begin[color];
+        this->workers().run(layout_.color_begin[color + 1] - first, [&](std::size_t i, std::size_t) {
+            const NetworkTile& tile = layout_.tiles[first + i];
+            springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
+            if (cells) {
+                cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+            }
+        });
+    }
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::compute_forces(State<T>& state) const {
+    clear_forces(state);
+    accumulate(packed_nodes(state));
+}
+
+template <class T, class Layout>
+PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
+    const auto& kernels = Facts<Layout>::kernels(*table_);
+    const auto nodes = packed_nodes(state);
+    std::vector<PotentialEnergy> energies(layout_.tiles.size());
+    this->workers().run(layout_.tiles.size(), [&](std::size_t t, std::size_t) {
+        const NetworkTile& tile = layout_.tiles[t];
+        energies[t].springs = kernels.spring_energy(layout_.springs.data(), nodes, signed_index(tile.spring_begin),
+                                                    signed_index(tile.spring_end));
+        if (const auto cell_energy = kernels.cell_energy[static_cast<int>(volume_)]) {
+            energies[t].volume =
+                cell_energy(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+        }
+    });
+    PotentialEnergy sum;
+    for (const PotentialEnergy& e : energies) {
+        sum.springs += e.springs;
+        sum.volume += e.volume;
+    }
+    return sum;
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& parameters,
+                                        std::span<const PrescribedComponent<T>> prescribed, long count) const {
+    const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
+    const auto integrate = Facts<Layout>::kernels(*table_).integrate[is_driven(parameters)];
+    // The integrating kernel leaves the forces zero for the next step.
+    clear_forces(state);
+    const auto nodes = packed_nodes(state);
+    constexpr std::size_t kPiece = 2048;
+    for (long i = 0; i < count; ++i) {
+        accumulate(nodes);
+        this->workers().run((layout_.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+            integrate(nodes, constants, signed_index(piece * kPiece),
+                      signed_index(std::min((piece + 1) * kPiece, layout_.size())));
+        });
+        Body<T>::set_prescribed(state, prescribed);
+    }
+}
+
+template <class T, class Layout>
+PlanDescription PackedNetworkBody<T, Layout>::describe() const {
+    PlanDescription d;
+    const std::string prefix = Facts<Layout>::kKernels;
+    d.instruction_set = table_->instruction_set;
+    d.layout = Facts<Layout>::kLayout;
+    d.kernel = prefix + "_springs<" + (accuracy_ == Accuracy::fast ? "fast" : "exact") + ">";
+    if (volume_ != kernels::Volume::none) {
+        d.kernel +=
+            " + " + prefix + "_cells<" + (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
+    }
+    d.precision = precision_name<T>();
+    d.threads = this->workers().threads();
+    d.nodes = layout_.node_count;
+    d.springs = layout_.spring_count;
+    d.cells = layout_.cell_count;
+    d.bytes = layout_.bytes();
+    d.tiles = layout_.tiles.size();
+    return d;
+}
+
+template class PackedNetworkBody<float, PackedXyzw<float>>;
+template class PackedNetworkBody<double, PackedXyzw<double>>;
+template class PackedNetworkBody<float, ArrayOfStructs<float>>;
+template class PackedNetworkBody<double, ArrayOfStructs<double>>;
+
+} // namespace hybmss

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "kernels/kernel_table.hpp"
+#include "layouts/array_of_structs.hpp"
+#include "layouts/packed_xyzw.hpp"
+#include "plan/body.hpp"
+
+namespace hybmss {
+
+/// A network in a layout with packed nodes: packed-xyzw (PackedXyzw<T>) or aos (ArrayOfStructs<T>).
+///
+/// The colours of its tiles run one after the other, the tiles of a colour in parallel. Tiles of a colour share no
+/// node, so each node gets its contributions in the order of the colours, whatever the threads do.
+template <class T, class Layout>
+class PackedNetworkBody final : public Body<T> {
+public:
+    PackedNetworkBody(const Network& network, const PlanOptions& options);
+
+    std::span<const double> masses() const override { return layout_.masses; }
+    std::span<const NodeRun> runs() const override { return {&run_, 1}; }
+    std::span<const std::uint32_t> order() const override { return layout_.order; }
+    std::size_t index_of(std::size_t node) const override { return layout_.place.empty() ? node : layout_.place[node]; }
+    double length_unit() const override { return 1; }
+    double critical_time_step() const override { return critical_time_step_; }
+    PlanDescription describe() const override;
+
+    State<T> make_state(bool moving) const override;
+    void compute_forces(State<T>& state) const override;
+    PotentialEnergy energy(State<T>& state) const override;
+    void step(State<T>& state, const StepParameters& parameters, std::span<const PrescribedComponent<T>> prescribed,
+              long count) const override;
+
+private:
+    kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
+    void clear_forces(State<T>& state) const;
+    /// Adds all forces to nodes whose forces are zero.
+    void accumulate(const kernels::PackedNodes<T>& nodes) const;
+
+    Layout layout_;
+    NodeRun run_; ///< all nodes, where the layout keeps the caller's order
+    const kernels::KernelTable<T>* table_;
+    kernels::Volume volume_;
+    Accuracy accuracy_;
+    double critical_time_step_;
+};
+
+extern template class PackedNetworkBody<float, PackedXyzw<float>>;
+extern template class PackedNetworkBody<double, PackedXyzw<double>>;
+extern template class PackedNetworkBody<float, ArrayOfStructs<float>>;
+extern template class PackedNetworkBody<double, ArrayOfStructs<double>>;
+
+} // namespace hybmss

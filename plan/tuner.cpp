@@ -1,0 +1,185 @@
+#include "plan/tuner.hpp"
+
+#include "plan/tuner_race.hpp"
+#include "plan/tuner_sample.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <random>
+
+namespace hybmss {
+namespace {
+
+constexpr std::size_t kSieveNodes = 8192; // 20^3
+constexpr double kScratchBytes = 512e6;
+constexpr double kSieveBehind = 1.5;
+constexpr double kSieveShare = 0.3; // of the time
+constexpr double kSlice = 5e-3;     // s
+
+/// A candidate's body, with a state of its own and what a caller would bring.
+template <class T>
+class Contestant {
+public:
+    Contestant(std::unique_ptr<Body<T>> body, Operation operation)
+        : body_(std::move(body)), operation_(operation), state_(body_->make_state(operation == Operation::step)),
+          displacements_(3 * body_->node_count()), forces_(displacements_.size(), T(0)) {
+        // Small and random: at rest every spring is the same number, and some processors are faster on zeros.
+        std::mt19937 engine(1);
+        for (T& u : displacements_) {
+            u = static_cast<T>(kAmplitude * (static_cast<double>(engine()) / 2147483648.0 - 1));
+        }
+        body_->write(view(), 1, state_.displacement);
+        const double critical = body_->critical_time_step();
+        parameters_.time_step = std::isfinite(critical) && critical > 0 ? 0.2 * critical : 1e-6;
+    }
+
+    double run(long steps) {
+        const auto start = std::chrono::steady_clock::now();
+        if (operation_ == Operation::step) {
+            body_->step(state_, parameters_, {}, steps);
+        } else {
+            for (long s = 0; s < steps; ++s) {
+                body_->write(view(), 1, state_.displacement);
+                body_->compute_forces(state_);
+                body_->add(state_.force, VectorField<T>::aos(forces_.data(), body_->node_count()));
+            }
+        }
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    int threads() const { return body_->describe().threads; }
+    double bytes_a_node() const {
+        const std::size_t bytes = body_->describe().bytes + state_.bytes() + 2 * sizeof(T) * displacements_.size();
+        return static_cast<double>(bytes) / static_cast<double>(std::max<std::size_t>(body_->node_count(), 1));
+    }
+
+private:
+    // In the body's length unit, the cell for a lattice. A network's springs may have any length; a hundredth of a
+    // millimetre is small against most.
+    static constexpr double kAmplitude = 1e-5;
+
+    VectorField<const T> view() const { return VectorField<const T>::aos(displacements_.data(), body_->node_count()); }
+
+    std::unique_ptr<Body<T>> body_;
+    Operation operation_;
+    State<T> state_;
+    std::vector<T> displacements_, forces_;
+    StepParameters parameters_;
+};
+
+/// One race among candidates on one body.
+template <class T>
+struct Heat {
+    std::vector<Candidate> candidates;
+    std::vector<RaceResult> results; ///< one a candidate, seconds per step of the whole body
+    double bytes_a_node = 0;         ///< of all candidates together
+};
+
+template <class T>
+Heat<T> run_heat(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates, Operation operation,
+                 double seconds) {
+    Heat<T> heat;
+    std::vector<std::unique_ptr<Contestant<T>>> contestants;
+    std::vector<Trial> trials;
+    for (const Candidate& candidate : candidates) {
+        auto contestant = std::make_unique<Contestant<T>>(subject.make(fixed_options({}, candidate)), operation);
+        // A body may use fewer threads than asked for, and would race against itself.
+        if (contestant->threads() != candidate.threads && candidates.size() > 1) {
+            continue;
+        }
+        heat.bytes_a_node += contestant->bytes_a_node();
+        heat.candidates.push_back(candidate);
+        trials.emplace_back([body = contestant.get()](long steps) { return body->run(steps); });
+        contestants.push_back(std::move(contestant));
+    }
+    heat.results = race(trials, seconds, kSlice);
+    return heat;
+}
+
+double fastest(const std::vector<RaceResult>& results) {
+    double best = HUGE_VAL;
+    for (const RaceResult& result : results) {
+        best = std::min(best, result.seconds_a_step);
+    }
+    return best;
+}
+
+template <class T>
+Candidate choose(const Heat<T>& heat) {
+    const double tie = kRaceTie * fastest(heat.results);
+    const Candidate* choice = nullptr;
+    for (std::size_t i = 0; i < heat.candidates.size(); ++i) {
+        if (heat.results[i].seconds_a_step <= tie && (!choice || heat.candidates[i].threads < choice->threads)) {
+            choice = &heat.candidates[i];
+        }
+    }
+    return *choice;
+}
+
+template <class T>
+void append_figures(const Heat<T>& heat, std::size_t cells, bool last, std::vector<CandidateFigure>& figures) {
+    for (std::size_t i = 0; i < heat.candidates.size(); ++i) {
+        figures.push_back({name(heat.candidates[i]), 1e9 * heat.results[i].seconds_a_step / static_cast<double>(cells),
+                           last && heat.results[i].finalist});
+    }
+}
+
+bool same_kernel(const Candidate& a, const Candidate& b) {
+    return a.layout == b.layout && a.instruction_set == b.instruction_set && a.accuracy == b.accuracy;
+}
+
+} // namespace
+
+template <class T>
+WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates, Operation operation,
+                    double seconds) {
+    WisdomEntry entry;
+    std::vector<Candidate> left = candidates;
+    std::size_t sample_nodes = kTunerSampleNodes;
+    if (subject.nodes > kSieveNodes) {
+        std::vector<Candidate> single;
+        for (Candidate candidate : candidates) {
+            candidate.threads = 1;
+            if (std::find(single.begin(), single.end(), candidate) == single.end()) {
+                single.push_back(candidate);
+            }
+        }
+        const TunerSubject<T> piece = subject.sample(kSieveNodes);
+        const Heat<T> heat = run_heat(piece, single, operation, kSieveShare * seconds);
+        seconds *= 1 - kSieveShare;
+        append_figures(heat, piece.cells, false, entry.figures);
+        const double most = kSieveBehind * fastest(heat.results);
+        std::erase_if(left, [&](const Candidate& candidate) {
+            for (std::size_t i = 0; i < heat.candidates.size(); ++i) {
+                if (same_kernel(heat.candidates[i], candidate)) {
+                    return heat.results[i].seconds_a_step > most;
+                }
+            }
+            return true;
+        });
+        const double bytes_a_node =
+            heat.bytes_a_node / static_cast<double>(heat.candidates.size()) * static_cast<double>(left.size());
+        sample_nodes = std::clamp<std::size_t>(static_cast<std::size_t>(kScratchBytes / bytes_a_node), kSieveNodes,
+                                               kTunerSampleNodes);
+    }
+    const bool whole = subject.nodes <= sample_nodes;
+    const TunerSubject<T> piece = whole ? subject : subject.sample(sample_nodes);
+    const Heat<T> heat = run_heat(piece, left, operation, seconds);
+    // A second figure of the same candidate, on the larger piece, replaces the first.
+    std::erase_if(entry.figures, [&](const CandidateFigure& figure) {
+        return std::any_of(heat.candidates.begin(), heat.candidates.end(),
+                           [&](const Candidate& candidate) { return name(candidate) == figure.name; });
+    });
+    append_figures(heat, piece.cells, true, entry.figures);
+    std::stable_sort(entry.figures.begin(), entry.figures.end(), [](const auto& a, const auto& b) {
+        return a.finalist != b.finalist ? a.finalist : a.ns_per_cell_step < b.ns_per_cell_step;
+    });
+    entry.choice = choose(heat);
+    return entry;
+}
+
+template WisdomEntry measure(const TunerSubject<float>&, const std::vector<Candidate>&, Operation, double);
+template WisdomEntry measure(const TunerSubject<double>&, const std::vector<Candidate>&, Operation, double);
+
+} // namespace hybmss
