@@ -51,8 +51,7 @@ SimulationOptions PlanArguments::options() const {
 }
 
 void PlanArguments::read_wisdom(Effort wanted) const {
-    const std::filesystem::path file =
-        wisdom_file.empty() ? default_wisdom_file() : std::filesystem::path(wisdom_file);
+    const std::filesystem::path file = wisdom_file.empty() ? default_wisdom_file() : std::filesystem::path(wisdom_file);
     if (wanted == Effort::measure && wisdom_file.empty() && !std::filesystem::exists(file)) {
         return;
     }

@@ -4,6 +4,7 @@
 #include "plan/plan_description.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace hybmss {
 
@@ -12,10 +13,10 @@ using kernels::StepConstants;
 
 namespace {
 
-/// Slabs of at least four layers, at most sixteen of them: a join costs about a twentieth of a layer, and two slabs a
-/// thread suffice to even out the load.
+/// Slabs of at least three layers, at most sixteen of them: a join costs about a twentieth of a layer. A power of two,
+/// so that two, four and eight threads get equal shares.
 std::vector<std::size_t> divide_into_slabs(std::size_t layers) {
-    const std::size_t slabs = std::clamp<std::size_t>(layers / 4, 1, 16);
+    const std::size_t slabs = std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, 16));
     std::vector<std::size_t> begin;
     for (std::size_t s = 0; s <= slabs; ++s) {
         begin.push_back(layers * s / slabs);

@@ -1,0 +1,55 @@
+#include "app/command_line.hpp"
+
+#include "hybmss/scene.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+namespace hybmss {
+namespace {
+
+constexpr int kFailed = 1, kBadInput = 2;
+
+int report(std::string message, int code) {
+    std::replace(message.begin(), message.end(), '\n', ' ');
+    std::fprintf(stderr, "hybmss: error: %s\n", message.c_str());
+    return code;
+}
+
+int parse(CLI::App& app, int argc, const char* const* argv) {
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::RuntimeError& error) {
+        return error.get_exit_code();
+    } catch (const CLI::Success& asked) { // --help, --version
+        return app.exit(asked);
+    } catch (const CLI::Error& error) {
+        return report(std::string(error.what()) + " (see " + app.get_name() + " --help)", kBadInput);
+    }
+    // What was printed may have gone to a full disk.
+    return std::fflush(stdout) == 0 ? 0 : report("standard output: cannot be written", kFailed);
+}
+
+} // namespace
+
+int run_command_line(CLI::App& app, int argc, const char* const* argv) {
+    try {
+        return parse(app, argc, argv);
+    } catch (const SceneError& error) {
+        return report(error.what(), kBadInput);
+    } catch (const std::invalid_argument& error) {
+        return report(error.what(), kBadInput);
+    } catch (const std::bad_alloc&) {
+        return report("out of memory", kFailed);
+    } catch (const std::exception& error) {
+        return report(error.what(), kFailed);
+    } catch (...) {
+        return report("unknown failure", kFailed);
+    }
+}
+
+} // namespace hybmss
