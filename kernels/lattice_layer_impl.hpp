@@ -73,8 +73,7 @@ HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, 
 ///
 /// First all tensions of edges and face diagonals, nine registers; then the cube diagonals and the volume, twelve; then
 /// the rows one after the other, each stored as soon as it is complete. Holding the forces of all eight corners at
-/// once, as the equations suggest, needs twice the registers there are, and stores are what the step has least room
-/// for.
+/// once, as the equations suggest, takes twenty-four, too many beside the rest.
 template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
 void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
     using T = Scalar<V>;
