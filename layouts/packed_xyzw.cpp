@@ -3,7 +3,6 @@
 #include "layouts/conflict_free_blocks.hpp"
 #include "layouts/rest_shape.hpp"
 #include "layouts/row_order.hpp"
-#include "layouts/space_filling_order.hpp"
 #include "layouts/tile_coloring.hpp"
 
 #include <algorithm>
@@ -149,15 +148,11 @@ AlignedArray<Block> make_blocks(const Network& network, const std::vector<Item>&
 } // namespace
 
 template <class T>
-PackedXyzw<T>::PackedXyzw(const Network& network, NodeOrder wanted)
+PackedXyzw<T>::PackedXyzw(const Network& network)
     : masses(network.masses), node_count(network.masses.size()), spring_count(network.springs.size()),
       cell_count(network.cells.size()) {
-    if (wanted == NodeOrder::automatic) {
-        wanted = well_ordered(network) ? NodeOrder::given : NodeOrder::rows;
-    }
-    if (wanted != NodeOrder::given) {
-        order = wanted == NodeOrder::rows ? row_order(network.rest_positions, node_spacing(network))
-                                          : space_filling_order(network.rest_positions);
+    if (!well_ordered(network)) {
+        order = row_order(network.rest_positions, node_spacing(network));
         place.resize(node_count);
         for (std::size_t i = 0; i < node_count; ++i) {
             place[order[i]] = static_cast<std::uint32_t>(i);

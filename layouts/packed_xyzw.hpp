@@ -11,9 +11,6 @@
 
 namespace hybmss {
 
-/// How the layout packed-xyzw numbers nodes inside.
-enum class NodeOrder { automatic, given, rows, space_filling };
-
 /// The layout "packed-xyzw" of a network: nodes of four components, springs and cells in conflict-free blocks of
 /// sixteen, blocks in tiles.
 ///
@@ -25,18 +22,17 @@ enum class NodeOrder { automatic, given, rows, space_filling };
 ///                          \____ spring blocks of the tile
 ///
 /// Nodes keep the caller's numbering where it is one in space; else they are numbered row by row, like a lattice
-/// (row_order.hpp). The Z curve of space_filling_order.hpp was tried: tiles touch fewer nodes, but each of them many
-/// memory pages and short runs of cache lines, and a step of 64^3 cells took 1.9 times as long as with rows.
-/// A tile owns a range of nodes and
-/// holds the springs and cells whose lowest node is among them, so a tile's nodes stay in the first-level cache while
-/// its blocks stream past. Within a block no node occurs twice (conflict_free_blocks.hpp); tiles of one colour share no
-/// node (tile_coloring.hpp). Sizes depend on the body alone.
+/// (row_order.hpp). A Z curve (Morton order) was tried and lost: tiles touch fewer nodes, but each of them many memory
+/// pages and short runs of cache lines. A tile owns a range of nodes and holds the springs and cells whose lowest node
+/// is among them, so a tile's nodes stay in the first-level cache while its blocks stream past. Within a block no node
+/// occurs twice (conflict_free_blocks.hpp); tiles of one colour share no node (tile_coloring.hpp). Sizes depend on the
+/// body alone.
 ///
 /// Gaps in blocks are springs and cells of stiffness zero that begin and end at the tile's own dummy node, which
 /// follows the body's nodes: nobody else touches it, and what is added there is zero.
 template <class T>
 struct PackedXyzw {
-    explicit PackedXyzw(const Network& network, NodeOrder order = NodeOrder::automatic);
+    explicit PackedXyzw(const Network& network);
 
     /// order[i] is the caller's node at place i; empty where the order is the caller's.
     std::vector<std::uint32_t> order;

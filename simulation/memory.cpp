@@ -32,8 +32,9 @@ double estimated_bytes(const Body& body, const SimulationOptions& options) {
     double bytes_a_node = 17 * real + 8 * (3 + 1 + 6 + 9) + 48;
     // While a result is written: positions, displacements, velocities, corners, and the file's text.
     bytes_a_node += 300;
-    if (options.plan.layout == "network") {
-        // 13 springs and one cell a node: as given, coloured, and while they are sorted.
+    if (!options.plan.layout.empty() && options.plan.layout != "flat-rows") {
+        // Every other layout is a network's. 13 springs and one cell a node: as given, coloured, and while they are
+        // sorted.
         bytes_a_node += 13 * 2 * 48.0 + 2 * 64.0;
     }
     return bytes_a_node * grid_nodes(body);

@@ -3,7 +3,6 @@
 #include "layouts/conflict_free_blocks.hpp"
 #include "layouts/packed_xyzw.hpp"
 #include "layouts/row_order.hpp"
-#include "layouts/space_filling_order.hpp"
 #include "layouts/tile_coloring.hpp"
 #include "tests/unit/random_bodies.hpp"
 
@@ -38,31 +37,6 @@ Network randomly_numbered(int nx, int ny, int nz, unsigned seed) {
         std::transform(c.nodes.begin(), c.nodes.end(), c.nodes.begin(), renumbered);
     }
     return network;
-}
-
-TEST(SpaceFillingOrder, IsAPermutationThatFollowsTheZCurve) {
-    const std::vector<std::array<double, 3>> corners = {{1, 1, 1}, {0, 1, 1}, {1, 0, 1}, {0, 0, 1},
-                                                        {1, 1, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 0}};
-    EXPECT_EQ(space_filling_order(corners), (std::vector<std::uint32_t>{7, 6, 5, 4, 3, 2, 1, 0}));
-    // An eighth of a cube comes before the next begins.
-    std::vector<std::array<double, 3>> grid;
-    for (int i = 0; i < 64; ++i) {
-        grid.push_back({i % 4 * 0.1, i / 4 % 4 * 0.1, i / 16 * 0.1});
-    }
-    const auto order = space_filling_order(grid);
-    EXPECT_EQ(std::set(order.begin(), order.end()).size(), grid.size());
-    for (std::size_t eighth = 0; eighth < 8; ++eighth) {
-        for (std::size_t i = 0; i < 8; ++i) {
-            const auto n = order[8 * eighth + i];
-            EXPECT_EQ((n % 4 / 2) + (n / 4 % 4 / 2) * 2 + (n / 16 / 2) * 4, eighth);
-        }
-    }
-}
-
-TEST(SpaceFillingOrder, TakesNoPointsAndPointsInOnePlace) {
-    EXPECT_TRUE(space_filling_order({}).empty());
-    const std::vector<std::array<double, 3>> same(3, {2, 2, 2});
-    EXPECT_EQ(space_filling_order(same), (std::vector<std::uint32_t>{0, 1, 2}));
 }
 
 TEST(RowOrder, NumbersAShuffledLatticeAsItWas) {
