@@ -1,6 +1,6 @@
 #include "hybmss/instruction_set.hpp"
 
-#include "kernels/kernel_table.hpp"
+#include "kernels/compiled_kernels.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -15,26 +15,35 @@ struct Entry {
     InstructionSet set;
     std::string_view name;
     bool (*runs_here)();
-    const kernels::KernelTable<float>* single;
-    const kernels::KernelTable<double>* twice;
+    kernels::KernelTable<float> single;
+    kernels::KernelTable<double> twice;
 };
+
+// The tables of an instruction set for both precisions.
+#define HYBMSS_TABLES(set)                                                                                             \
+    {InstructionSet::set, &kernels::set::kLatticeFloat, &kernels::set::kSoaFloat, &kernels::set::kPackedFloat,         \
+     &kernels::set::kRecordsFloat},                                                                                    \
+    {                                                                                                                  \
+        InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kSoaDouble, &kernels::set::kPackedDouble,   \
+            &kernels::set::kRecordsDouble                                                                              \
+    }
 
 // Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence
 // the compiler's.
 const Entry kEntries[] = {
 #if defined(__x86_64__)
-    {InstructionSet::sse2, "sse2", [] { return true; }, &kernels::kSse2Float, &kernels::kSse2Double},
+    {InstructionSet::sse2, "sse2", [] { return true; }, HYBMSS_TABLES(sse2)},
     {InstructionSet::avx2, "avx2", [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); },
-     &kernels::kAvx2Float, &kernels::kAvx2Double},
+     HYBMSS_TABLES(avx2)},
     {InstructionSet::avx512, "avx512",
      [] {
          return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
                 __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
                 __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
      },
-     &kernels::kAvx512Float, &kernels::kAvx512Double},
+     HYBMSS_TABLES(avx512)},
 #elif defined(__aarch64__)
-    {InstructionSet::neon, "neon", [] { return true; }, &kernels::kNeonFloat, &kernels::kNeonDouble},
+    {InstructionSet::neon, "neon", [] { return true; }, HYBMSS_TABLES(neon)},
 #endif
 };
 
@@ -43,6 +52,8 @@ constexpr std::pair<InstructionSet, std::string_view> kNames[] = {{InstructionSe
                                                                   {InstructionSet::avx2, "avx2"},
                                                                   {InstructionSet::avx512, "avx512"},
                                                                   {InstructionSet::neon, "neon"}};
+
+#undef HYBMSS_TABLES
 
 } // namespace
 
@@ -104,9 +115,9 @@ const KernelTable<T>& kernel_table(InstructionSet set) {
     for (const Entry& entry : kEntries) {
         if (entry.set == set && entry.runs_here()) {
             if constexpr (std::is_same_v<T, float>) {
-                return *entry.single;
+                return entry.single;
             } else {
-                return *entry.twice;
+                return entry.twice;
             }
         }
     }

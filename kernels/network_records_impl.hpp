@@ -197,14 +197,5 @@ void record_integrate(const PackedNodes<Scalar<V>>& nodes, const StepConstants<S
     }
 }
 
-template <class V>
-constexpr NetworkKernels<Scalar<V>, SpringRecord<Scalar<V>>, CellRecord<Scalar<V>>> record_kernels() {
-    return {{record_springs<V>, record_springs<V>},
-            {nullptr, record_cells<Volume::quadratic, V>, record_cells<Volume::mean_stretch, V>},
-            record_spring_energy<V>,
-            {nullptr, record_cell_energy<Volume::quadratic, V>, record_cell_energy<Volume::mean_stretch, V>},
-            {record_integrate<false, V>, record_integrate<true, V>}};
-}
-
 } // namespace
 } // namespace hybmss::kernels

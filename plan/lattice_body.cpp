@@ -95,8 +95,9 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     const bool lowest = slab == 0, highest = slab + 1 == slabs();
     AlignedArray<T>* const joins = state.buffers.data();
     AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
-    const auto& layers = table_->layer[face_diagonals_][static_cast<int>(volume_)][static_cast<int>(accuracy_)];
-    const auto& tops = table_->top[face_diagonals_][static_cast<int>(accuracy_)];
+    const auto& layers =
+        table_->lattice->layer[face_diagonals_][static_cast<int>(volume_)][static_cast<int>(accuracy_)];
+    const auto& tops = table_->lattice->top[face_diagonals_][static_cast<int>(accuracy_)];
 
     Layer layer = layer_at(state, first);
     layer.step = step;
@@ -144,7 +145,7 @@ void LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T
             point_to(layer.partial, state.buffers.data() + 6 * join);
         }
         point_to(layer.above, state.buffers.data() + 6 * join + 3);
-        table_->join[static_cast<int>(finish)](layer);
+        table_->lattice->join[static_cast<int>(finish)](layer);
     });
 }
 
@@ -160,7 +161,7 @@ void LatticeBody<T>::compute_forces(State<T>& state) const {
 
 template <class T>
 PotentialEnergy LatticeBody<T>::energy(State<T>& state) const {
-    const auto& kernel = table_->energy[face_diagonals_][static_cast<int>(volume_)];
+    const auto& kernel = table_->lattice->energy[face_diagonals_][static_cast<int>(volume_)];
     std::vector<kernels::LayerEnergy> layers(layout_.planes);
     this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
         layers[k] = kernel[k + 1 == layout_.planes](layer_at(state, k));

@@ -96,7 +96,7 @@ void NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
     for (std::size_t color = 0; color + 1 < layout_.springs.color_begin.size(); ++color) {
         for_each_piece(layout_.springs.color_begin[color], layout_.springs.color_begin[color + 1],
                        [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                           table_->springs[static_cast<int>(accuracy_)](springs, nodes, begin, end);
+                           table_->soa->springs[static_cast<int>(accuracy_)](springs, nodes, begin, end);
                        });
     }
     if (volume_ == kernels::Volume::none) {
@@ -106,7 +106,7 @@ void NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
     for (std::size_t color = 0; color + 1 < layout_.cells.color_begin.size(); ++color) {
         for_each_piece(layout_.cells.color_begin[color], layout_.cells.color_begin[color + 1],
                        [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                           table_->cells[static_cast<int>(volume_)](cells, nodes, begin, end);
+                           table_->soa->cells[static_cast<int>(volume_)](cells, nodes, begin, end);
                        });
     }
 }
@@ -134,13 +134,13 @@ PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
     const auto springs = spring_arrays();
     PotentialEnergy energy;
     energy.springs = sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return table_->spring_energy(springs, nodes, begin, end);
+        return table_->soa->spring_energy(springs, nodes, begin, end);
     });
     if (volume_ != kernels::Volume::none) {
         const auto cells = cell_arrays();
         energy.volume =
             sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                return table_->cell_energy[static_cast<int>(volume_)](cells, nodes, begin, end);
+                return table_->soa->cell_energy[static_cast<int>(volume_)](cells, nodes, begin, end);
             });
     }
     return energy;
@@ -157,7 +157,7 @@ void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters,
     for (long i = 0; i < count; ++i) {
         accumulate(nodes);
         for_each_piece(0, layout_.size(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            table_->integrate[driven](nodes, constants, begin, end);
+            table_->soa->integrate[driven](nodes, constants, begin, end);
         });
         Body<T>::set_prescribed(state, prescribed);
     }

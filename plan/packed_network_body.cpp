@@ -16,13 +16,13 @@ template <class T>
 struct Facts<PackedXyzw<T>> {
     static constexpr const char *kLayout = "packed-xyzw", *kKernels = "packed";
     static constexpr int kMostThreads = std::numeric_limits<int>::max();
-    static const auto& kernels(const kernels::KernelTable<T>& table) { return table.packed; }
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.packed; }
 };
 template <class T>
 struct Facts<ArrayOfStructs<T>> {
     static constexpr const char *kLayout = "aos", *kKernels = "record";
     static constexpr int kMostThreads = 1;
-    static const auto& kernels(const kernels::KernelTable<T>& table) { return table.records; }
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
 };
 
 std::ptrdiff_t signed_index(std::size_t i) {

@@ -1,18 +1,13 @@
-#pragma once
-
-// The one list of kernels: fills a table for a batch type. Included by the isa_*.cpp files alone.
-
-#include "kernels/kernel_table.hpp"
+// Compiled once for each instruction set.
+#include "kernels/compiled_kernels.hpp"
+#include "kernels/compiled_set.hpp"
 #include "kernels/lattice_layer_impl.hpp"
-#include "kernels/network_impl.hpp"
-#include "kernels/network_packed_impl.hpp"
-#include "kernels/network_records_impl.hpp"
 
 namespace hybmss::kernels {
 namespace {
 
 template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
-constexpr void set_layers(KernelTable<Scalar<V>>& table) {
+constexpr void set_layers(LatticeKernels<Scalar<V>>& table) {
     auto& row = table.layer[face_diagonals][static_cast<int>(volume)][static_cast<int>(accuracy)];
     row[static_cast<int>(Finish::store)] = lattice_layer<face_diagonals, volume, accuracy, Finish::store, V>;
     row[static_cast<int>(Finish::integrate)] = lattice_layer<face_diagonals, volume, accuracy, Finish::integrate, V>;
@@ -21,7 +16,7 @@ constexpr void set_layers(KernelTable<Scalar<V>>& table) {
 }
 
 template <bool face_diagonals, Accuracy accuracy, class V>
-constexpr void set_accuracy(KernelTable<Scalar<V>>& table) {
+constexpr void set_accuracy(LatticeKernels<Scalar<V>>& table) {
     set_layers<face_diagonals, Volume::none, accuracy, V>(table);
     set_layers<face_diagonals, Volume::quadratic, accuracy, V>(table);
     set_layers<face_diagonals, Volume::mean_stretch, accuracy, V>(table);
@@ -33,14 +28,14 @@ constexpr void set_accuracy(KernelTable<Scalar<V>>& table) {
 }
 
 template <bool face_diagonals, Volume volume, class V>
-constexpr void set_energy(KernelTable<Scalar<V>>& table) {
+constexpr void set_energy(LatticeKernels<Scalar<V>>& table) {
     auto& row = table.energy[face_diagonals][static_cast<int>(volume)];
     row[0] = lattice_energy<face_diagonals, volume, false, V>;
     row[1] = lattice_energy<face_diagonals, volume, true, V>;
 }
 
 template <bool face_diagonals, class V>
-constexpr void set_lattice(KernelTable<Scalar<V>>& table) {
+constexpr void set_lattice(LatticeKernels<Scalar<V>>& table) {
     set_accuracy<face_diagonals, Accuracy::fast, V>(table);
     set_accuracy<face_diagonals, Accuracy::exact, V>(table);
     set_energy<face_diagonals, Volume::none, V>(table);
@@ -49,28 +44,19 @@ constexpr void set_lattice(KernelTable<Scalar<V>>& table) {
 }
 
 template <class V>
-constexpr KernelTable<Scalar<V>> make_table(InstructionSet set) {
-    KernelTable<Scalar<V>> table{};
-    table.instruction_set = set;
-    table.width = kWidth<V>;
+constexpr LatticeKernels<Scalar<V>> lattice_kernels() {
+    LatticeKernels<Scalar<V>> table{};
     set_lattice<false, V>(table);
     set_lattice<true, V>(table);
     table.join[static_cast<int>(Finish::store)] = lattice_join<Finish::store, V>;
     table.join[static_cast<int>(Finish::integrate)] = lattice_join<Finish::integrate, V>;
     table.join[static_cast<int>(Finish::integrate_driven)] = lattice_join<Finish::integrate_driven, V>;
-    table.springs[static_cast<int>(Accuracy::fast)] = network_springs<Accuracy::fast, V>;
-    table.springs[static_cast<int>(Accuracy::exact)] = network_springs<Accuracy::exact, V>;
-    table.cells[static_cast<int>(Volume::quadratic)] = network_cells<Volume::quadratic, V>;
-    table.cells[static_cast<int>(Volume::mean_stretch)] = network_cells<Volume::mean_stretch, V>;
-    table.spring_energy = network_spring_energy<V>;
-    table.cell_energy[static_cast<int>(Volume::quadratic)] = network_cell_energy<Volume::quadratic, V>;
-    table.cell_energy[static_cast<int>(Volume::mean_stretch)] = network_cell_energy<Volume::mean_stretch, V>;
-    table.integrate[0] = network_integrate<false, V>;
-    table.integrate[1] = network_integrate<true, V>;
-    table.packed = packed_kernels<V>();
-    table.records = record_kernels<V>();
     return table;
 }
 
 } // namespace
+
+constinit const LatticeKernels<float> HYBMSS_KERNEL_SET::kLatticeFloat = lattice_kernels<FloatBatch>();
+constinit const LatticeKernels<double> HYBMSS_KERNEL_SET::kLatticeDouble = lattice_kernels<DoubleBatch>();
+
 } // namespace hybmss::kernels

@@ -1,0 +1,28 @@
+#pragma once
+
+// The tables that the files *_kernels.cpp fill, each file once for every instruction set, in a namespace of that name.
+
+#include "kernels/kernel_table.hpp"
+
+namespace hybmss::kernels {
+
+#define HYBMSS_DECLARE_KERNELS(set)                                                                                    \
+    namespace set {                                                                                                    \
+    extern const LatticeKernels<float> kLatticeFloat;                                                                  \
+    extern const LatticeKernels<double> kLatticeDouble;                                                                \
+    extern const SoaKernels<float> kSoaFloat;                                                                          \
+    extern const SoaKernels<double> kSoaDouble;                                                                        \
+    extern const PackedKernels<float> kPackedFloat;                                                                    \
+    extern const PackedKernels<double> kPackedDouble;                                                                  \
+    extern const RecordKernels<float> kRecordsFloat;                                                                   \
+    extern const RecordKernels<double> kRecordsDouble;                                                                 \
+    }
+
+HYBMSS_DECLARE_KERNELS(sse2)
+HYBMSS_DECLARE_KERNELS(avx2)
+HYBMSS_DECLARE_KERNELS(avx512)
+HYBMSS_DECLARE_KERNELS(neon)
+
+#undef HYBMSS_DECLARE_KERNELS
+
+} // namespace hybmss::kernels
