@@ -7,12 +7,19 @@ namespace hybmss {
 
 ProgressLine::ProgressLine(std::FILE* stream) : stream_(stream), visible_(isatty(fileno(stream)) == 1) {}
 
-void ProgressLine::show(const Progress& progress) {
+bool ProgressLine::is_due() {
     const auto now = std::chrono::steady_clock::now();
     if (!visible_ || now - last_ < std::chrono::milliseconds(200)) {
-        return;
+        return false;
     }
     last_ = now;
+    return true;
+}
+
+void ProgressLine::show(const Progress& progress) {
+    if (!is_due()) {
+        return;
+    }
     shown_ = true;
     const double left = progress.wall_seconds * static_cast<double>(progress.steps - progress.step) /
                         static_cast<double>(progress.step);
@@ -21,6 +28,14 @@ void ProgressLine::show(const Progress& progress) {
                "\r\033[Kstep {} of {}, t = {:.4g} s, elastic energy {:.4g} J, kinetic {:.3g} J, at most {:.0f} s left",
                progress.step, progress.steps, progress.time, e.springs + e.volume, e.kinetic, left);
     std::fflush(stream_);
+}
+
+void ProgressLine::show(const std::string& text) {
+    if (is_due()) {
+        shown_ = true;
+        fmt::print(stream_, "\r\033[K{}", text);
+        std::fflush(stream_);
+    }
 }
 
 void ProgressLine::clear() {

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <string>
 
 namespace hybmss {
 
@@ -18,10 +19,13 @@ public:
     bool visible() const { return visible_; }
     /// Rewrites the line, at most some five times a second.
     void show(const Progress& progress);
+    void show(const std::string& text);
     /// Takes the line away.
     void clear();
 
 private:
+    bool is_due();
+
     std::FILE* stream_;
     bool visible_, shown_ = false;
     std::chrono::steady_clock::time_point last_{};

@@ -1,0 +1,87 @@
+#include "reference/homogeneous_lattice.hpp"
+
+#include "reference/assembly.hpp"
+#include "reference/constants.hpp"
+#include "reference/spring_energy.hpp"
+#include "reference/volume_energy.hpp"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+
+namespace hybmss::reference {
+
+HomogeneousLattice::HomogeneousLattice(const Material& material, const Matrix3d& deformation)
+    : deformation_(deformation), volume_energy_(resolve_volume_energy(material)),
+      kappa_(kappa(material.young_modulus, material.poisson_ratio)) {
+    const double g = shear_modulus(material.young_modulus, material.poisson_ratio);
+    const double ratio = material.face_diagonal_ratio;
+    const double stiffness[] = {edge_stiffness(g, ratio, 1), face_diagonal_stiffness(g, ratio, 1),
+                                cube_diagonal_stiffness(g, ratio, 1)};
+    std::size_t s = 0;
+    for (int z = -1; z <= 1; ++z) {
+        for (int y = -1; y <= 1; ++y) {
+            for (int x = -1; x <= 1; ++x) {
+                if (x + 3 * y + 9 * z > 0) { // one of r and -r
+                    const Vector3d r(x, y, z);
+                    const double k = stiffness[x * x + y * y + z * z - 1];
+                    const Vector3d du = deformation * r - r;
+                    springs_[s++] = {r, spring_hessian(k, r, du), spring_force(k, r, du), spring_energy(k, r, du)};
+                }
+            }
+        }
+    }
+    const Vector3d a = deformation.col(0), b = deformation.col(1), c = deformation.col(2);
+    cofactor_ << b.cross(c), c.cross(a), a.cross(b);
+}
+
+// W = sum over the 13 spring vectors + kappa phi(det F)
+double HomogeneousLattice::energy_density() const {
+    const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
+    double sum = kappa_ * phi(volume_energy_, j);
+    for (const SpringVector& spring : springs_) {
+        sum += spring.energy;
+    }
+    return sum;
+}
+
+// P = sum k t d r^T + kappa phi'(J) cof F
+Matrix3d HomogeneousLattice::stress() const {
+    const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
+    Matrix3d sum = kappa_ * phi_derivative(volume_energy_, j) * cofactor_;
+    for (const SpringVector& spring : springs_) {
+        sum += spring.tension * spring.rest.transpose();
+    }
+    return sum;
+}
+
+// Springs: 2 (1 - cos q.r) k [t I + (1 - t) n n^T] for each of the 13 vectors.
+// Cells: the edges change by da_e = 2 i s_e U with s_x = sin(qx/2) cos(qy/2) cos(qz/2), likewise s_y and s_z (5.14), so
+//   kappa phi''/V0 w w^T,  w = 2 (s_x b x c + s_y c x a + s_z a x b).
+// The term of phi' d^2 V' drops out: s_e s_f is symmetric in e and f and d^2 V'/de df is antisymmetric.
+Matrix3d HomogeneousLattice::wave_stiffness(const Vector3d& phase) const {
+    Matrix3d sum = Matrix3d::Zero();
+    for (const SpringVector& spring : springs_) {
+        const double half = std::sin(phase.dot(spring.rest) / 2); // 1 - cos q = 2 sin^2(q/2), without cancellation
+        sum += 4 * half * half * spring.hessian;
+    }
+    const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
+    const Vector3d sine = (phase / 2).array().sin(), cosine = (phase / 2).array().cos();
+    const Vector3d w = 2 * cofactor_ *
+                       Vector3d(sine.x() * cosine.y() * cosine.z(), sine.y() * cosine.z() * cosine.x(),
+                                sine.z() * cosine.x() * cosine.y());
+    return sum + kappa_ * phi_second_derivative(volume_energy_, j) * w * w.transpose();
+}
+
+// Q(n) = sum (n.r)^2 k [t I + (1 - t) n_d n_d^T] + kappa phi'' w w^T,  w = cof(F) n
+Matrix3d HomogeneousLattice::acoustic_tensor(const Vector3d& direction) const {
+    Matrix3d sum = Matrix3d::Zero();
+    for (const SpringVector& spring : springs_) {
+        sum += std::pow(direction.dot(spring.rest), 2) * spring.hessian;
+    }
+    const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
+    const Vector3d w = cofactor_ * direction;
+    return sum + kappa_ * phi_second_derivative(volume_energy_, j) * w * w.transpose();
+}
+
+} // namespace hybmss::reference
