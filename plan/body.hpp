@@ -85,11 +85,11 @@ public:
     /// out += field.
     void add(const NodeField<T>& field, VectorField<T> out) const;
     double kinetic_energy(const State<T>& state) const;
+    const Workers& workers() const { return workers_; }
     static void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
 
 protected:
     explicit Body(Workers workers) : workers_(std::move(workers)) {}
-    const Workers& workers() const { return workers_; }
 
 private:
     void check_size(std::size_t size) const;

@@ -1,0 +1,135 @@
+#pragma once
+
+/// \file
+/// Static equilibrium and implicit steps of a body: minima of its potential energy.
+
+#include "hybmss/explicit_dynamics.hpp"
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hybmss {
+
+/// How a solve ended.
+enum class EquilibriumStatus {
+    converged,
+    iterations_exhausted, ///< Newton iterations, or load steps
+    no_descent,           ///< rounding hides what is left to gain: the tolerance is below what the precision can tell
+    unbounded,            ///< the energy falls without end: no equilibrium is near
+    not_finite,           ///< the start, a load or the energy is infinite or NaN
+    stopped               ///< the caller's progress function said so
+};
+
+/// "converged", "iterations exhausted", ...
+std::string_view name(EquilibriumStatus status);
+
+/// What conjugate gradients are preconditioned with.
+enum class PreconditionerKind {
+    automatic,    ///< chosen by the body's size and material
+    block_jacobi, ///< each node's 3x3 block
+    multigrid     ///< lattices only: coarse lattices of 2x2x2 merged cells
+};
+
+/// "automatic", "block-jacobi" or "multigrid".
+std::string_view name(PreconditionerKind kind);
+/// The inverse of name(). Throws std::invalid_argument that lists the known names.
+PreconditionerKind parse_preconditioner(std::string_view text);
+
+/// What holds and loads a body.
+struct Loading {
+    /// Held components and where they are held, as displacements in m from rest; velocities are not used.
+    std::vector<PrescribedNode> supports;
+    std::vector<std::array<double, 3>> forces;      ///< dead loads, N, one a node; or none at all
+    std::array<double, 3> acceleration = {0, 0, 0}; ///< gravity, m/s^2
+};
+
+/// Where a solve stands, at every Newton iteration.
+struct EquilibriumProgress {
+    double load_fraction = 0; ///< of the load step under way
+    int load_step = 0, newton_iteration = 0;
+    long cg_iterations = 0;
+    double residual = 0;
+    double potential = 0; ///< J
+};
+
+struct EquilibriumOptions {
+    /// Bound of the largest unbalanced force on a free component by the largest support force or load.
+    double tolerance = 1e-8;
+    int newton_iterations = 200; ///< at most, a load step
+    int load_steps = 1000;       ///< at most, failed ones included
+    double first_load_step = 1;  ///< the fraction of the loading that is tried first, in (0, 1]
+    double smallest_load_step = 1e-4;
+    PreconditionerKind preconditioner = PreconditionerKind::automatic;
+    /// Called at every Newton iteration; false stops the solve. May be empty.
+    std::function<bool(const EquilibriumProgress&)> progress;
+};
+
+struct EquilibriumResult {
+    EquilibriumStatus status = EquilibriumStatus::converged;
+    std::string message;      ///< why the solve did not converge, in one line; "" where it did
+    double residual = 0;      ///< the largest unbalanced force over the largest support force or load
+    double potential = 0;     ///< J: energy of the body less the work of the loads (and what drives an implicit step)
+    double load_fraction = 0; ///< how far the loading was followed: 1 where all went well
+    int load_steps = 0, failed_load_steps = 0;
+    int newton_iterations = 0;
+    long cg_iterations = 0;
+    int negative_curvatures = 0; ///< Newton iterations that met a direction in which the energy curves downwards
+    double min_cell_volume_ratio = 1, max_cell_volume_ratio = 1; ///< V'/V0 over the cells
+    std::string_view preconditioner;                             ///< the one used last
+};
+
+/// Solves a body to equilibrium by Newton's method with conjugate gradients in a trust region. T is float or double:
+/// the type of the state; sums are double.
+///
+/// Nodes are numbered as in the body. Not for concurrent use of one object. Results are bit-identical for any number of
+/// threads. Construction throws as ForcePlan does.
+template <class T>
+class EquilibriumSolver {
+public:
+    EquilibriumSolver(const Lattice& lattice, const Material& material, const PlanOptions& options = {});
+    explicit EquilibriumSolver(const Network& network, const PlanOptions& options = {});
+    EquilibriumSolver(EquilibriumSolver&&) noexcept;
+    EquilibriumSolver& operator=(EquilibriumSolver&&) noexcept;
+    ~EquilibriumSolver();
+
+    std::size_t node_count() const;
+    /// Nodal masses, kg, one a node.
+    std::span<const double> masses() const;
+
+    /// From the displacements given (m, node_count() nodes) to equilibrium under the loading. Supports move on straight
+    /// lines from where they are and loads grow in proportion, in one step where that works, else in several.
+    ///
+    /// On return `displacement` holds the equilibrium; where none was found the last one on the way to it, or the best
+    /// state of the first attempt. Throws std::invalid_argument for a size that differs, a node that does not exist, a
+    /// value that is not finite, options out of range, and for multigrid asked of a network.
+    EquilibriumResult solve(const Loading& loading, VectorField<T> displacement,
+                            const EquilibriumOptions& options = {});
+
+    /// The same along a path: loading(fraction) is asked for fractions in (0, 1] and must be continuous.
+    EquilibriumResult follow(const std::function<Loading(double fraction)>& path, VectorField<T> displacement,
+                             const EquilibriumOptions& options = {});
+
+    /// One backward Euler step: u <- u + dt v_new, m (v_new - v)/dt = f(u_new) + loads - c m v_new, as the minimum of
+    /// one potential; stable for any dt. Held components end at their prescribed displacements, with the velocity of
+    /// the way there. `time_step` in s, > 0; `mass_damping` c in 1/s, >= 0. Load steps are not used.
+    EquilibriumResult step(const Loading& loading, double time_step, double mass_damping, VectorField<T> displacement,
+                           VectorField<T> velocity, const EquilibriumOptions& options = {});
+
+    /// Sets (not adds) the internal forces, N, and gives the energy, J, at displacements of the caller.
+    PotentialEnergy get_forces(VectorField<const T> displacement, VectorField<T> force);
+    PlanDescription describe() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+extern template class EquilibriumSolver<float>;
+extern template class EquilibriumSolver<double>;
+
+} // namespace hybmss

@@ -1,0 +1,281 @@
+#include "hybmss/equilibrium.hpp"
+
+#include "plan/planned_body.hpp"
+#include "solvers/block_jacobi.hpp"
+#include "solvers/load_stepping.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+void require(bool good, const char* what, double value, const char* allowed) {
+    if (!good) {
+        std::ostringstream message;
+        message << what << " = " << value << " is not allowed: it must be " << allowed;
+        throw std::invalid_argument(message.str());
+    }
+}
+
+void validate(const EquilibriumOptions& options) {
+    require(options.tolerance > 0 && options.tolerance < 1, "tolerance", options.tolerance, "inside (0, 1)");
+    require(options.newton_iterations >= 1, "newton_iterations", options.newton_iterations, "at least 1");
+    require(options.load_steps >= 1, "load_steps", options.load_steps, "at least 1");
+    require(options.first_load_step > 0 && options.first_load_step <= 1, "first_load_step", options.first_load_step,
+            "in (0, 1]");
+    require(options.smallest_load_step > 0 && options.smallest_load_step <= 1, "smallest_load_step",
+            options.smallest_load_step, "in (0, 1]");
+}
+
+} // namespace
+
+std::string_view name(EquilibriumStatus status) {
+    switch (status) {
+    case EquilibriumStatus::converged:
+        return "converged";
+    case EquilibriumStatus::iterations_exhausted:
+        return "iterations exhausted";
+    case EquilibriumStatus::no_descent:
+        return "no descent";
+    case EquilibriumStatus::unbounded:
+        return "unbounded";
+    case EquilibriumStatus::not_finite:
+        return "not finite";
+    case EquilibriumStatus::stopped:
+        return "stopped";
+    }
+    return "";
+}
+
+std::string_view name(PreconditionerKind kind) {
+    switch (kind) {
+    case PreconditionerKind::automatic:
+        return "automatic";
+    case PreconditionerKind::block_jacobi:
+        return "block-jacobi";
+    case PreconditionerKind::multigrid:
+        return "multigrid";
+    }
+    return "";
+}
+
+PreconditionerKind parse_preconditioner(std::string_view text) {
+    for (const auto kind :
+         {PreconditionerKind::automatic, PreconditionerKind::block_jacobi, PreconditionerKind::multigrid}) {
+        if (name(kind) == text) {
+            return kind;
+        }
+    }
+    throw std::invalid_argument("preconditioner \"" + std::string(text) +
+                                "\" is not known: it must be automatic, block-jacobi or multigrid");
+}
+
+template <class T>
+struct EquilibriumSolver<T>::Implementation {
+    Implementation(PlannedBody<T> made, Network network, const SolidCells& solid)
+        : planned(std::move(made)), body(planned.body.get()), state(body->make_state(false)),
+          potential(*body, std::move(network), solid), stepping(potential.space()), minimiser(potential.space()) {}
+
+    void read(VectorField<const T> displacement) {
+        body->write(displacement, 1 / body->length_unit(), state.displacement);
+        const FieldView<T> u{state.displacement};
+        const double largest = potential.space().largest([](const T& x) { return x < 0 ? -x : x; }, u);
+        if (!std::isfinite(largest)) {
+            throw std::invalid_argument("displacements: they must be finite");
+        }
+    }
+    void set(const Loading& loading) {
+        potential.prescribe(loading.supports);
+        potential.load(loading.forces, loading.acceleration);
+    }
+    Preconditioner<T>& choose(PreconditionerKind kind) {
+        if (kind == PreconditionerKind::multigrid) {
+            throw std::invalid_argument("preconditioner \"multigrid\" is not available for this body");
+        }
+        return block_jacobi;
+    }
+    EquilibriumResult follow(const std::function<void(double)>& prescribe, VectorField<T> displacement,
+                             const EquilibriumOptions& options) {
+        potential.release();
+        EquilibriumResult result =
+            stepping.follow(potential, choose(options.preconditioner), state, prescribe, options);
+        body->read(state.displacement, body->length_unit(), displacement);
+        return result;
+    }
+
+    PlannedBody<T> planned;
+    const Body<T>* body;
+    State<T> state;
+    Potential<T> potential;
+    LoadStepping<T> stepping;
+    TrustRegion<T> minimiser;
+    BlockJacobi<T> block_jacobi;
+    std::vector<T> target;
+};
+
+template <class T>
+EquilibriumSolver<T>::EquilibriumSolver(const Lattice& lattice, const Material& material, const PlanOptions& options)
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::forces),
+                                                       Network::from_lattice(lattice, material),
+                                                       SolidCells::of(lattice))) {}
+template <class T>
+EquilibriumSolver<T>::EquilibriumSolver(const Network& network, const PlanOptions& options)
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces), network,
+                                                       SolidCells::of(network))) {}
+template <class T>
+EquilibriumSolver<T>::EquilibriumSolver(EquilibriumSolver&&) noexcept = default;
+template <class T>
+EquilibriumSolver<T>& EquilibriumSolver<T>::operator=(EquilibriumSolver&&) noexcept = default;
+template <class T>
+EquilibriumSolver<T>::~EquilibriumSolver() = default;
+
+template <class T>
+std::size_t EquilibriumSolver<T>::node_count() const {
+    return implementation_->body->node_count();
+}
+template <class T>
+std::span<const double> EquilibriumSolver<T>::masses() const {
+    return implementation_->body->masses();
+}
+
+template <class T>
+EquilibriumResult EquilibriumSolver<T>::solve(const Loading& loading, VectorField<T> displacement,
+                                              const EquilibriumOptions& options) {
+    Implementation& i = *implementation_;
+    validate(options);
+    i.read(displacement);
+    i.set(loading);
+    Loading part = loading;
+    std::vector<std::array<double, 3>> start;
+    for (const PrescribedNode& p : loading.supports) {
+        const auto at = static_cast<std::ptrdiff_t>(p.node) * displacement.stride;
+        start.push_back({static_cast<double>(displacement.x[at]), static_cast<double>(displacement.y[at]),
+                         static_cast<double>(displacement.z[at])});
+    }
+    return i.follow(
+        [&](double fraction) {
+            for (std::size_t n = 0; n < start.size(); ++n) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double end = loading.supports[n].displacement[c];
+                    part.supports[n].displacement[c] =
+                        fraction == 1 ? end : start[n][c] + fraction * (end - start[n][c]);
+                }
+            }
+            for (std::size_t n = 0; n < loading.forces.size(); ++n) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    part.forces[n][c] = fraction * loading.forces[n][c];
+                }
+            }
+            for (std::size_t c = 0; c < 3; ++c) {
+                part.acceleration[c] = fraction * loading.acceleration[c];
+            }
+            i.set(part);
+        },
+        displacement, options);
+}
+
+template <class T>
+EquilibriumResult EquilibriumSolver<T>::follow(const std::function<Loading(double fraction)>& path,
+                                               VectorField<T> displacement, const EquilibriumOptions& options) {
+    Implementation& i = *implementation_;
+    validate(options);
+    i.read(displacement);
+    return i.follow([&](double fraction) { i.set(path(fraction)); }, displacement, options);
+}
+
+// Backward Euler: v_new = (u_new - u)/dt, so m (u_new - u - dt v)/dt^2 + c m (u_new - u)/dt = f(u_new) + loads: the
+// pull of the strength a = 1/dt^2 + c/dt towards u + v / (dt a).
+template <class T>
+EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time_step, double mass_damping,
+                                             VectorField<T> displacement, VectorField<T> velocity,
+                                             const EquilibriumOptions& options) {
+    Implementation& i = *implementation_;
+    validate(options);
+    require(time_step > 0 && std::isfinite(time_step), "time_step", time_step, "finite and > 0");
+    require(mass_damping >= 0 && std::isfinite(mass_damping), "mass_damping", mass_damping, "finite and at least 0");
+    if (velocity.size != node_count()) {
+        throw std::invalid_argument("velocity field of " + std::to_string(velocity.size) +
+                                    " nodes given: the body has " + std::to_string(node_count()));
+    }
+    i.read(displacement);
+    i.set(loading);
+    const double strength = 1 / (time_step * time_step) + mass_damping / time_step;
+    const T reach = static_cast<T>(1 / (time_step * strength));
+    const std::size_t count = node_count();
+    i.target.resize(3 * count);
+    const T* const u[3] = {displacement.x, displacement.y, displacement.z};
+    T* const v[3] = {velocity.x, velocity.y, velocity.z};
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t n = 0; n < count; ++n) {
+            const auto at = static_cast<std::ptrdiff_t>(n);
+            i.target[3 * n + c] = u[c][at * displacement.stride] + reach * v[c][at * velocity.stride];
+        }
+    }
+    i.potential.pull(strength, VectorField<T>::aos(i.target.data(), count));
+
+    EquilibriumResult result;
+    Preconditioner<T>& preconditioner = i.choose(options.preconditioner);
+    result.cg_iterations = i.minimiser.predict(i.potential, preconditioner, i.state);
+    MinimiserOptions limits;
+    limits.tolerance = options.tolerance;
+    limits.iterations = options.newton_iterations;
+    if (options.progress) {
+        limits.progress = [&](int iteration, long cg, double residual, double energy) {
+            return options.progress({1, 1, iteration, result.cg_iterations + cg, residual, energy});
+        };
+    }
+    const MinimiserResult found = i.minimiser.minimise(i.potential, preconditioner, i.state, limits);
+    result.status = found.status;
+    result.residual = found.residual;
+    result.potential = found.potential;
+    result.load_fraction = 1;
+    result.load_steps = 1;
+    result.newton_iterations = found.iterations;
+    result.cg_iterations += found.cg_iterations;
+    result.negative_curvatures = found.negative_curvatures;
+    result.preconditioner = preconditioner.name();
+    if (found.status != EquilibriumStatus::converged) {
+        std::ostringstream text;
+        text << name(found.status) << " (residual " << found.residual << ", tolerance " << options.tolerance << ")";
+        result.message = text.str();
+    }
+    // v_new = (u_new - u) / dt, before u is overwritten.
+    for (std::size_t n = 0; n < count; ++n) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            v[c][static_cast<std::ptrdiff_t>(n) * velocity.stride] =
+                -u[c][static_cast<std::ptrdiff_t>(n) * displacement.stride];
+        }
+    }
+    i.body->read(i.state.displacement, i.body->length_unit(), displacement);
+    const T rate = static_cast<T>(1 / time_step);
+    for (std::size_t n = 0; n < count; ++n) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            T& value = v[c][static_cast<std::ptrdiff_t>(n) * velocity.stride];
+            value = rate * (value + u[c][static_cast<std::ptrdiff_t>(n) * displacement.stride]);
+        }
+    }
+    return result;
+}
+
+template <class T>
+PotentialEnergy EquilibriumSolver<T>::get_forces(VectorField<const T> displacement, VectorField<T> force) {
+    Implementation& i = *implementation_;
+    i.body->write(displacement, 1 / i.body->length_unit(), i.state.displacement);
+    i.body->compute_forces(i.state);
+    i.body->read(i.state.force, 1, force);
+    return i.body->energy(i.state);
+}
+
+template <class T>
+PlanDescription EquilibriumSolver<T>::describe() const {
+    PlanDescription description = implementation_->planned.describe();
+    description.bytes += implementation_->state.bytes();
+    return description;
+}
+
+template class EquilibriumSolver<float>;
+template class EquilibriumSolver<double>;
+
+} // namespace hybmss

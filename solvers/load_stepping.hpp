@@ -1,0 +1,30 @@
+#pragma once
+
+#include "solvers/trust_region.hpp"
+
+namespace hybmss {
+
+/// Follows the equilibrium of a body while its supports and loads go from the fraction 0 to 1.
+///
+/// The whole way is tried first (or what the options say). A step that finds no equilibrium, or one with cells turned
+/// inside out that were not so before, is tried again at a quarter; after a step that does, the next one is twice as
+/// long. Steps start from the first-order change of the last equilibrium, or the extrapolation of the last two.
+template <class T>
+class LoadStepping {
+public:
+    explicit LoadStepping(const VectorSpace<T>& space);
+
+    /// prescribe(fraction) sets the supports and loads of the potential.
+    EquilibriumResult follow(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                             const std::function<void(double fraction)>& prescribe, const EquilibriumOptions& options);
+
+private:
+    const VectorSpace<T>* space_;
+    TrustRegion<T> minimiser_;
+    NodeVector<T> last_, before_last_, first_attempt_;
+};
+
+extern template class LoadStepping<float>;
+extern template class LoadStepping<double>;
+
+} // namespace hybmss

@@ -1,0 +1,238 @@
+#include "solvers/potential.hpp"
+
+#include "layouts/rest_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace hybmss {
+namespace {
+
+double largest_spring_force(const Network& network) {
+    double most = 0;
+    for (const Network::Spring& s : network.springs) {
+        most = std::max(most, s.stiffness * std::sqrt(rest_length2(s)));
+    }
+    return most;
+}
+
+double mean_spring_length(const Network& network) {
+    double sum = 0;
+    for (const Network::Spring& s : network.springs) {
+        sum += std::sqrt(rest_length2(s));
+    }
+    return network.springs.empty() ? 1 : sum / static_cast<double>(network.springs.size());
+}
+
+/// The diagonal of the bounding box at rest, m.
+double body_extent(const Network& network) {
+    double square = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (const auto& x : network.rest_positions) {
+            low = std::min(low, x[c]);
+            high = std::max(high, x[c]);
+        }
+        square += high > low ? (high - low) * (high - low) : 0;
+    }
+    return std::sqrt(square);
+}
+
+} // namespace
+
+template <class T>
+Potential<T>::Potential(const Body<T>& body, Network network, const SolidCells& solid)
+    : body_(&body), space_(body), tangent_(body, network), volumes_(body, solid),
+      force_floor_(1e-9 * largest_spring_force(network)), length_(mean_spring_length(network) / body.length_unit()),
+      extent_(body_extent(network) / body.length_unit()), free_(space_.make()), load_(space_.make()),
+      pull_target_(space_.make()), pull_weight_(space_.make()) {
+    prescribe({});
+}
+
+template <class T>
+std::size_t Potential<T>::flat_index(std::size_t node, std::size_t axis, std::size_t& array) const {
+    const Component<const T> all = component(free_.field, axis);
+    array = all.stride == 1 ? axis : 0;
+    return static_cast<std::size_t>(all.first - free_.field[array].data()) +
+           body_->index_of(node) * static_cast<std::size_t>(all.stride);
+}
+
+template <class T>
+void Potential<T>::prescribe(std::span<const PrescribedNode> nodes) {
+    held_.assign(body_->node_count(), 0);
+    prescribed_.clear();
+    space_.clear(free_);
+    for (const PrescribedNode& p : nodes) {
+        if (p.node >= held_.size()) {
+            throw std::invalid_argument("prescribed node " + std::to_string(p.node) + ": the body has " +
+                                        std::to_string(held_.size()) + " nodes");
+        }
+        held_[p.node] = static_cast<std::uint8_t>(held_[p.node] | (p.axes & 7u));
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (p.axes >> c & 1) {
+                if (!std::isfinite(p.displacement[c])) {
+                    throw std::invalid_argument("prescribed displacement of node " + std::to_string(p.node) +
+                                                ": it must be finite");
+                }
+                std::size_t array = 0;
+                const std::size_t index = flat_index(p.node, c, array);
+                prescribed_.push_back({array, index, static_cast<T>(p.displacement[c] / body_->length_unit())});
+            }
+        }
+    }
+    free_count_ = 0;
+    for (std::size_t n = 0; n < held_.size(); ++n) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            if ((held_[n] >> c & 1) == 0) {
+                std::size_t array = 0;
+                const std::size_t index = flat_index(n, c, array);
+                free_.field[array][index] = 1;
+                ++free_count_;
+            }
+        }
+    }
+}
+
+template <class T>
+void Potential<T>::load(std::span<const std::array<double, 3>> forces, const std::array<double, 3>& acceleration) {
+    const std::span<const double> masses = body_->masses();
+    if (!forces.empty() && forces.size() != masses.size()) {
+        throw std::invalid_argument(std::to_string(forces.size()) + " nodal loads given: the body has " +
+                                    std::to_string(masses.size()) + " nodes");
+    }
+    largest_load_ = 0;
+    resultant_ = load_size_ = {0, 0, 0};
+    for (std::size_t n = 0; n < masses.size(); ++n) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double force = masses[n] * acceleration[c] + (forces.empty() ? 0 : forces[n][c]);
+            if (!std::isfinite(force)) {
+                throw std::invalid_argument("load on node " + std::to_string(n) + ": it must be finite");
+            }
+            largest_load_ = std::max(largest_load_, std::abs(force));
+            resultant_[c] += force;
+            load_size_[c] += std::abs(force);
+            std::size_t array = 0;
+            const std::size_t index = flat_index(n, c, array);
+            load_.field[array][index] = static_cast<T>(force);
+        }
+    }
+    loaded_ = largest_load_ > 0;
+}
+
+template <class T>
+void Potential<T>::pull(double strength, VectorField<const T> towards) {
+    if (!(strength >= 0 && std::isfinite(strength))) {
+        throw std::invalid_argument("strength of the pull = " + std::to_string(strength) +
+                                    ": it must be finite and at least 0");
+    }
+    body_->write(towards, 1 / body_->length_unit(), pull_target_.field);
+    if (strength == pull_strength_) {
+        return;
+    }
+    pull_strength_ = strength;
+    const std::span<const double> masses = body_->masses();
+    pull_stiffness_.resize(masses.size());
+    for (std::size_t n = 0; n < masses.size(); ++n) {
+        pull_stiffness_[n] = strength * masses[n] * body_->length_unit();
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::size_t array = 0;
+            const std::size_t index = flat_index(n, c, array);
+            pull_weight_.field[array][index] = static_cast<T>(pull_stiffness_[n]);
+        }
+    }
+}
+
+template <class T>
+void Potential<T>::impose(State<T>& state) const {
+    for (const Held& held : prescribed_) {
+        state.displacement[held.array][held.index] = held.displacement;
+    }
+}
+
+template <class T>
+void Potential<T>::prescribed_step(const State<T>& state, NodeVector<T>& step) const {
+    space_.clear(step);
+    for (const Held& held : prescribed_) {
+        step.field[held.array][held.index] = held.displacement - state.displacement[held.array][held.index];
+    }
+}
+
+template <class T>
+int Potential<T>::falling_axis() const {
+    for (std::size_t c = 0; c < 3 && pull_strength_ == 0; ++c) {
+        const bool falls = std::abs(resultant_[c]) > 1e-9 * load_size_[c];
+        if (falls && std::none_of(held_.begin(), held_.end(), [c](std::uint8_t axes) { return axes >> c & 1; })) {
+            return static_cast<int>(c);
+        }
+    }
+    return -1;
+}
+
+template <class T>
+auto Potential<T>::value(State<T>& state) const -> Value {
+    const PotentialEnergy energy = body_->energy(state);
+    Value value;
+    value.total = energy.total() / body_->length_unit();
+    value.size = (std::abs(energy.springs) + std::abs(energy.volume)) / body_->length_unit();
+    const FieldView<T> u{state.displacement};
+    if (loaded_) {
+        const double work = space_.sum(
+            [](const T& f, const T& q) { return static_cast<double>(f) * static_cast<double>(q); }, load_, u);
+        value.total -= work;
+        value.size += std::abs(work);
+    }
+    if (pull_strength_ > 0) {
+        const double pull = space_.sum(
+            [](const T& q, const T& target, const T& weight) {
+                const double away = static_cast<double>(q) - static_cast<double>(target);
+                return 0.5 * static_cast<double>(weight) * away * away;
+            },
+            u, pull_target_, pull_weight_);
+        value.total += pull;
+        value.size += pull;
+    }
+    return value;
+}
+
+template <class T>
+Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
+    body_->compute_forces(state);
+    const FieldView<T> force{state.force}, u{state.displacement};
+    if (pull_strength_ > 0) {
+        space_.for_each([](const T& f, const T& load, const T& q, const T& target, const T& weight,
+                           T& g) { g = weight * (q - target) - (f + load); },
+                        force, load_, u, pull_target_, pull_weight_, gradient);
+    } else {
+        space_.for_each([](const T& f, const T& load, T& g) { g = -(f + load); }, force, load_, gradient);
+    }
+    Balance balance;
+    balance.load = largest_load_;
+    for (const Held& held : prescribed_) {
+        balance.support =
+            std::max(balance.support, std::abs(static_cast<double>(gradient.field[held.array][held.index])));
+        gradient.field[held.array][held.index] = 0;
+    }
+    // Whatever the kernels left in the padding is no force.
+    space_.for_each([](const T& free, T& g) { g = free != 0 ? g : T(0); }, free_, gradient);
+    balance.unbalanced = space_.largest_component(gradient);
+    return balance;
+}
+
+template <class T>
+void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out) const {
+    tangent_.multiply(p, out);
+    if (pull_strength_ > 0) {
+        space_.for_each([](const T& weight, const T& x, const T& free, T& y) { y = free * (y + weight * x); },
+                        pull_weight_, p, free_, out);
+    } else {
+        space_.for_each([](const T& free, T& y) { y *= free; }, free_, out);
+    }
+}
+
+template class Potential<float>;
+template class Potential<double>;
+
+} // namespace hybmss

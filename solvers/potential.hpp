@@ -1,0 +1,115 @@
+#pragma once
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "solvers/solid_cells.hpp"
+#include "solvers/tangent.hpp"
+#include "solvers/vector_space.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hybmss {
+
+/// What is left unbalanced at a state, and what that is measured by; N.
+struct Balance {
+    double unbalanced = 0; ///< the largest force on a free component
+    double support = 0;    ///< the largest force on a held component
+    double load = 0;       ///< the largest load or weight on any component
+};
+
+/// The potential that a body's equilibrium minimises over its free components:
+///
+///     P(u) = W(u) - f . u + a/2 sum m |u - v|^2
+///
+/// with the body's energy W, dead nodal loads f (gravity among them), and a pull of the strength a (1/s^2) towards
+/// given displacements v, by which backward Euler is a minimiser too: with v_n the velocity, c the mass damping and dt
+/// the step,
+///
+///     a = 1/dt^2 + c/dt,   a v = (u_n + dt v_n)/dt^2 + c u_n/dt,   gravity and loads as dead loads.
+///
+/// Displacements are in the body's unit of length L, forces in N, and the potential itself is P / L, in N, so that
+/// forces are its negative derivatives.
+template <class T>
+class Potential {
+public:
+    /// `network` and `solid` describe the same body; the body is kept by reference.
+    Potential(const Body<T>& body, Network network, const SolidCells& solid);
+
+    const Body<T>& body() const { return *body_; }
+    const VectorSpace<T>& space() const { return space_; }
+
+    /// Replaces the list of held components; velocities are not used. Throws std::invalid_argument for a node that does
+    /// not exist or a displacement that is not finite.
+    void prescribe(std::span<const PrescribedNode> nodes);
+    /// Replaces the loads: one force a node in N (or none at all) and an acceleration (m/s^2) of all masses.
+    void load(std::span<const std::array<double, 3>> forces, const std::array<double, 3>& acceleration);
+    /// Replaces the pull: its strength a in 1/s^2, >= 0, and the displacements v in m, one a node.
+    void pull(double strength, VectorField<const T> towards);
+    void release() { pull_strength_ = 0; }
+
+    /// Sets the held components of a state to their prescribed displacements.
+    void impose(State<T>& state) const;
+    /// step = prescribed - present displacement on held components, zero on free ones.
+    void prescribed_step(const State<T>& state, NodeVector<T>& step) const;
+    /// The axis along which nothing holds the body against the resultant of the loads, or -1.
+    int falling_axis() const;
+    std::size_t free_components() const { return free_count_; }
+    /// 1 on free components of the body's nodes, 0 elsewhere.
+    const NodeVector<T>& free() const { return free_; }
+    /// The masks of the held axes, one a node.
+    std::span<const std::uint8_t> held() const { return held_; }
+    /// The strength of the pull times the nodal masses, N by the body's unit, one a node; empty without a pull.
+    std::span<const double> pull_stiffness() const {
+        return pull_strength_ > 0 ? std::span<const double>(pull_stiffness_) : std::span<const double>();
+    }
+
+    struct Value {
+        double total = 0;
+        double size = 0; ///< the sum of the terms' magnitudes: what rounding errors are measured by
+    };
+    Value value(State<T>& state) const;
+    /// The derivatives with respect to the free components; zero elsewhere.
+    Balance gradient(State<T>& state, NodeVector<T>& gradient) const;
+
+    void linearise(const State<T>& state) { tangent_.linearise(state); }
+    /// out = second derivatives times p at the last linearisation; zero on held components, where p need not be.
+    void multiply(const NodeVector<T>& p, NodeVector<T>& out) const;
+    const Tangent<T>& tangent() const { return tangent_; }
+
+    VolumeRatios volume_ratios(const State<T>& state) const { return volumes_.ratios(state); }
+
+    /// The mean rest length of the springs and the extent of the body at rest, in the body's unit.
+    double length() const { return length_; }
+    double extent() const { return extent_; }
+    /// A force (N) that stands for a strain of 1e-9: below it a body counts as unloaded.
+    double force_floor() const { return force_floor_; }
+
+private:
+    struct Held {
+        std::size_t array, index;
+        T displacement;
+    };
+    std::size_t flat_index(std::size_t node, std::size_t axis, std::size_t& array) const;
+
+    const Body<T>* body_;
+    VectorSpace<T> space_;
+    Tangent<T> tangent_;
+    CellVolumes<T> volumes_;
+    double force_floor_ = 0, length_ = 1, extent_ = 1;
+    NodeVector<T> free_, load_, pull_target_, pull_weight_;
+    std::vector<std::uint8_t> held_;
+    std::vector<Held> prescribed_;
+    std::size_t free_count_ = 0;
+    bool loaded_ = false;
+    double pull_strength_ = 0;
+    std::vector<double> pull_stiffness_;
+    double largest_load_ = 0;
+    std::array<double, 3> resultant_ = {0, 0, 0}, load_size_ = {0, 0, 0};
+};
+
+extern template class Potential<float>;
+extern template class Potential<double>;
+
+} // namespace hybmss

@@ -1,0 +1,103 @@
+#include "solvers/solid_cells.hpp"
+
+#include "layouts/rest_shape.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <limits>
+
+namespace hybmss {
+
+SolidCells SolidCells::of(const Lattice& lattice) {
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    std::vector<std::uint32_t> number(lattice.grid_node_count(), 0);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        number[nodes[n]] = static_cast<std::uint32_t>(n);
+    }
+    const double h = lattice.cell_size();
+    const auto [nx, ny, nz] = lattice.cells();
+    SolidCells solid;
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                if (!(lattice.cell_scale(i, j, k) > 0)) {
+                    continue;
+                }
+                Cell& cell = solid.cells.emplace_back();
+                cell.rest_edges = {h, 0, 0, 0, h, 0, 0, 0, h};
+                for (int corner = 0; corner < 8; ++corner) {
+                    cell.nodes[static_cast<std::size_t>(corner)] =
+                        number[lattice.grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))];
+                }
+            }
+        }
+    }
+    return solid;
+}
+
+SolidCells SolidCells::of(const Network& network) {
+    SolidCells solid;
+    for (const Network::Cell& given : network.cells) {
+        Cell& cell = solid.cells.emplace_back();
+        cell.rest_edges = rest_shape(network, given).edges;
+        std::transform(given.nodes.begin(), given.nodes.end(), cell.nodes.begin(),
+                       [](std::int32_t node) { return static_cast<std::uint32_t>(node); });
+    }
+    return solid;
+}
+
+template <class T>
+CellVolumes<T>::CellVolumes(const Body<T>& body, const SolidCells& solid) {
+    for (const SolidCells::Cell& given : solid.cells) {
+        Cell& cell = cells_.emplace_back();
+        std::transform(given.nodes.begin(), given.nodes.end(), cell.places.begin(),
+                       [&](std::uint32_t node) { return static_cast<std::uint32_t>(body.index_of(node)); });
+        const Eigen::Matrix3d edges = Eigen::Map<const Eigen::Matrix3d>(given.rest_edges.data());
+        const Eigen::Matrix3d inverse = body.length_unit() * edges.inverse();
+        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(cell.inverse_edges.data()) = inverse;
+    }
+}
+
+// J = det(I + H),  H = [da db dc] [a0 b0 c0]^-1
+template <class T>
+VolumeRatios CellVolumes<T>::ratios(const State<T>& state) const {
+    if (cells_.empty()) {
+        return {};
+    }
+    VolumeRatios ratios = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    const Component<const T> u[3] = {component(state.displacement, 0), component(state.displacement, 1),
+                                     component(state.displacement, 2)};
+    for (const Cell& cell : cells_) {
+        double change[3][3] = {}; // component, edge
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto at = static_cast<std::ptrdiff_t>(cell.places[corner]) * u[c].stride;
+                const double quarter = static_cast<double>(u[c].first[at]) / 4;
+                for (std::size_t e = 0; e < 3; ++e) {
+                    change[c][e] += corner >> e & 1 ? quarter : -quarter;
+                }
+            }
+        }
+        double f[3][3];
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) {
+                f[i][j] = i == j;
+                for (std::size_t e = 0; e < 3; ++e) {
+                    f[i][j] += change[i][e] * cell.inverse_edges[3 * e + j];
+                }
+            }
+        }
+        const double ratio = f[0][0] * (f[1][1] * f[2][2] - f[1][2] * f[2][1]) -
+                             f[0][1] * (f[1][0] * f[2][2] - f[1][2] * f[2][0]) +
+                             f[0][2] * (f[1][0] * f[2][1] - f[1][1] * f[2][0]);
+        ratios.min = std::min(ratios.min, ratio);
+        ratios.max = std::max(ratios.max, ratio);
+    }
+    return ratios;
+}
+
+template class CellVolumes<float>;
+template class CellVolumes<double>;
+
+} // namespace hybmss

@@ -1,0 +1,187 @@
+#include "solvers/trust_region.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hybmss {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+/// An unloaded body is at rest when this part of the first unbalanced force, times the tolerance, is left.
+constexpr double kStartPart = 1e-3;
+constexpr double kAccept = 1e-4, kPoor = 0.25, kGood = 0.75;
+
+template <class T>
+void move(const VectorSpace<T>& space, const NodeVector<T>& step, State<T>& state) {
+    MutableFieldView<T> u{state.displacement};
+    space.for_each([](const T& p, T& q) { q += p; }, step, u);
+}
+
+/// How many iterations a digit of the residual took: tells whether a preconditioner that is not fresh still serves.
+double iterations_a_digit(const CgResult& cg, double forcing) {
+    return cg.iterations / std::max(-std::log10(forcing), 0.3);
+}
+
+} // namespace
+
+template <class T>
+TrustRegion<T>::TrustRegion(const VectorSpace<T>& space)
+    : space_(&space), cg_(space), gradient_(space.make()), trial_gradient_(space.make()), step_(space.make()),
+      before_(space.make()) {}
+
+template <class T>
+long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state) {
+    // K_ff p_f = -(g_f + K_fh p_h)
+    potential.gradient(state, gradient_);
+    potential.linearise(state);
+    preconditioner.update(potential);
+    potential.prescribed_step(state, before_);
+    potential.multiply(before_, trial_gradient_);
+    space_->add_multiple(1, trial_gradient_, gradient_);
+    const CgLimits limits{.relative_residual = 1e-3, .radius = 0, .iterations = 2000, .length = 0};
+    const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+    potential.impose(state);
+    const double energy = potential.value(state).total;
+    const bool inverted = potential.volume_ratios(state).min <= 0;
+    const FieldView<T> u{state.displacement};
+    MutableFieldView<T> mutable_u{state.displacement};
+    space_->copy(u, before_);
+    move(*space_, step_, state);
+    // Far from where it was drawn, a tangent may lead astray. Less energy is no proof of the contrary where the
+    // supports alone have turned cells inside out: those may have no energy at all.
+    const bool better = potential.value(state).total <= energy || (inverted && potential.volume_ratios(state).min > 0);
+    if (!better) {
+        space_->copy(before_, mutable_u);
+    }
+    return cg.iterations;
+}
+
+template <class T>
+MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                                         const MinimiserOptions& options) {
+    constexpr double kEpsilon = std::numeric_limits<T>::epsilon();
+    const double unit = potential.body().length_unit();
+    MinimiserResult result;
+    const FieldView<T> u{state.displacement};
+    MutableFieldView<T> mutable_u{state.displacement};
+
+    Balance balance = potential.gradient(state, gradient_);
+    typename Potential<T>::Value value = potential.value(state);
+    const double start_part = kStartPart * balance.unbalanced;
+    const double start_size = space_->largest([](const T& x) { return x < 0 ? -x : x; }, u);
+    const auto residual_of = [&](const Balance& b) {
+        const double scale = std::max({b.support, b.load, start_part, potential.force_floor()});
+        return b.unbalanced / scale;
+    };
+    double radius = kInfinite, forcing = 0.1, fresh_rate = 0;
+    bool renew = true;
+    int stalls = 0;
+    for (;; ++result.iterations) {
+        result.residual = residual_of(balance);
+        result.potential = value.total * unit;
+        if (!std::isfinite(result.residual) || !std::isfinite(value.total)) {
+            result.status = EquilibriumStatus::not_finite;
+            return result;
+        }
+        if (options.progress &&
+            !options.progress(result.iterations, result.cg_iterations, result.residual, result.potential)) {
+            result.status = EquilibriumStatus::stopped;
+            return result;
+        }
+        if (result.residual <= options.tolerance) {
+            return result;
+        }
+        if (result.iterations >= options.iterations) {
+            result.status = EquilibriumStatus::iterations_exhausted;
+            return result;
+        }
+
+        potential.linearise(state);
+        if (renew) {
+            preconditioner.update(potential);
+        }
+        // Not further than the tolerance asks.
+        const double enough = 0.3 * options.tolerance / result.residual;
+        const CgLimits limits{.relative_residual = std::max(forcing, std::min(enough, 0.1)),
+                              .radius = radius,
+                              .iterations = 5000,
+                              .length = potential.length()};
+        const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+        result.cg_iterations += cg.iterations;
+        result.negative_curvatures += cg.negative_curvature;
+        const double rate = iterations_a_digit(cg, limits.relative_residual);
+        if (renew) {
+            fresh_rate = rate;
+        }
+        renew = cg.negative_curvature || rate > 1.5 * fresh_rate;
+
+        const double longest = space_->largest_component(step_);
+        const double size = space_->largest([](const T& x) { return x < 0 ? -x : x; }, u);
+        if (!(longest > 0.25 * kEpsilon * size) &&
+            !(longest > 0.25 * kEpsilon * potential.length() * result.residual)) {
+            result.status = std::isfinite(longest) ? EquilibriumStatus::no_descent : EquilibriumStatus::not_finite;
+            return result;
+        }
+        space_->copy(u, before_);
+        move(*space_, step_, state);
+        const Balance trial_balance = potential.gradient(state, trial_gradient_);
+        const typename Potential<T>::Value trial = potential.value(state);
+
+        const double noise = 16 * kEpsilon * std::max(value.size, trial.size);
+        double actual = value.total - trial.total;
+        const bool drowned = std::abs(actual) < noise || cg.predicted_reduction < noise;
+        if (drowned) {
+            // The work of the mean force along the step: exact up to the third order.
+            actual = -0.5 * (space_->dot(gradient_, step_) + space_->dot(trial_gradient_, step_));
+        }
+        const double ratio = actual / cg.predicted_reduction;
+        const bool accepted = ratio > kAccept || (drowned && trial_balance.unbalanced < balance.unbalanced);
+        if (drowned && !(trial_balance.unbalanced < 0.7 * balance.unbalanced)) {
+            ++stalls;
+        } else {
+            stalls = 0;
+        }
+        if (!(ratio >= kPoor) && !(drowned && accepted)) {
+            radius = cg.step_norm * std::min(0.25, potential.extent() / longest);
+        } else if (ratio > kGood && cg.end != CgEnd::converged) {
+            radius = 2 * std::max(std::isfinite(radius) ? radius : 0.0, cg.step_norm);
+        } else if (cg.negative_curvature && !std::isfinite(radius)) {
+            radius = cg.step_norm;
+        }
+        if (!accepted) {
+            space_->copy(before_, mutable_u);
+            if (stalls >= 4) {
+                result.status = EquilibriumStatus::no_descent;
+                return result;
+            }
+            continue;
+        }
+        // Eisenstat and Walker's second choice (SIAM J. Sci. Comput. 17, 1996), from largest forces.
+        const double fall = trial_balance.unbalanced / balance.unbalanced;
+        const double safeguard = 0.9 * forcing * forcing;
+        forcing = std::min(0.1, std::max(0.9 * fall * fall, safeguard > 0.1 ? safeguard : 0.0));
+        forcing = std::max(forcing, 1e-6);
+        balance = trial_balance;
+        value = trial;
+        std::swap(gradient_, trial_gradient_);
+        if (stalls >= 4) {
+            result.residual = residual_of(balance);
+            result.potential = value.total * unit;
+            result.status =
+                result.residual <= options.tolerance ? EquilibriumStatus::converged : EquilibriumStatus::no_descent;
+            return result;
+        }
+        if (space_->largest([](const T& x) { return x < 0 ? -x : x; }, u) > start_size + 100 * potential.extent()) {
+            result.residual = residual_of(balance);
+            result.potential = value.total * unit;
+            result.status = EquilibriumStatus::unbounded;
+            return result;
+        }
+    }
+}
+
+template class TrustRegion<float>;
+template class TrustRegion<double>;
+
+} // namespace hybmss

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "hybmss/equilibrium.hpp"
+#include "solvers/conjugate_gradients.hpp"
+
+#include <functional>
+
+namespace hybmss {
+
+struct MinimiserOptions {
+    double tolerance = 1e-8;
+    int iterations = 200;
+    /// Called with the residual and the potential (J) at every iteration; false stops.
+    std::function<bool(int iteration, long cg_iterations, double residual, double potential)> progress;
+};
+
+struct MinimiserResult {
+    EquilibriumStatus status = EquilibriumStatus::converged;
+    double residual = 0;
+    double potential = 0; ///< J
+    int iterations = 0;
+    long cg_iterations = 0;
+    int negative_curvatures = 0;
+};
+
+/// Newton's method with conjugate gradients in a trust region, for a potential that may curve downwards.
+///
+/// A step is judged by the potential's difference where that stands clear of rounding, and by the mean of the forces
+/// before and after otherwise. The solve ends where the largest unbalanced force is at most the tolerance by the
+/// largest support force or load; where there are none of either, by a small part of what was unbalanced at first.
+template <class T>
+class TrustRegion {
+public:
+    explicit TrustRegion(const VectorSpace<T>& space);
+
+    /// Moves the held components of `state` to where they are prescribed and the free ones along, to first order: one
+    /// step of Newton's method in both. Returns the CG iterations.
+    long predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state);
+
+    /// Moves the free components of `state` to a minimum; the held ones must be where they are prescribed. Leaves the
+    /// best state found.
+    MinimiserResult minimise(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                             const MinimiserOptions& options);
+
+private:
+    const VectorSpace<T>* space_;
+    ConjugateGradients<T> cg_;
+    NodeVector<T> gradient_, trial_gradient_, step_, before_;
+};
+
+extern template class TrustRegion<float>;
+extern template class TrustRegion<double>;
+
+} // namespace hybmss
