@@ -1,5 +1,6 @@
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
+#include "bench/batch_benchmark.hpp"
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
 #include "bench/scaling_benchmark.hpp"
@@ -18,7 +19,7 @@ struct BenchArguments {
     std::string json, filter, instruction_set = "automatic", layout, accuracy = "fast";
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
-    bool quick = false, limits = false, scaling = false, large = false, memory = false;
+    bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false;
 };
 
 /// What is measured, and the words above its table.
@@ -52,6 +53,10 @@ Selection select(const BenchArguments& arguments) {
     if (arguments.scaling) {
         choices.layouts = layouts(arguments, {"lattice"});
         return {bench::scaling_benchmark(choices, arguments.large, arguments.seconds), bench::kScalingIntroduction};
+    }
+    if (arguments.batch) {
+        choices.layouts = layouts(arguments, {"lattice"});
+        return {bench::batch_benchmark(choices, arguments.seconds), bench::kBatchIntroduction};
     }
     if (arguments.memory) {
         choices.layouts = layouts(arguments, bench::row_layouts());
@@ -87,9 +92,11 @@ void add_bench_command(CLI::App& app) {
                                      "instead: what the machine can do, and how much of it the lattice step takes");
     auto* scaling = command->add_flag("--scaling", arguments->scaling, "instead: cubes of 10^3 to 128^3 cells");
     auto* memory = command->add_flag("--memory", arguments->memory, "instead: bytes per node and cell; times nothing");
+    auto* batch = command->add_flag("--batch", arguments->batch, "instead: 64 small bodies stepped side by side");
     command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too")->needs(scaling);
-    limits->excludes(scaling)->excludes(memory);
-    scaling->excludes(memory);
+    limits->excludes(scaling)->excludes(memory)->excludes(batch);
+    scaling->excludes(memory)->excludes(batch);
+    memory->excludes(batch);
     command->add_option("--filter", arguments->filter, "only rows whose name matches this regular expression");
     command
         ->add_option("--isa", arguments->instruction_set, "sse2, avx2, avx512, neon, automatic, or all of this machine")

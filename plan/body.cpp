@@ -1,7 +1,9 @@
 #include "plan/body.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 namespace hybmss {
 
@@ -135,6 +137,19 @@ void Body<T>::set_prescribed(State<T>& state, std::span<const PrescribedComponen
         u.first[static_cast<std::ptrdiff_t>(p.index) * u.stride] = p.displacement;
         v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] = p.velocity;
     }
+}
+
+template <class T>
+Stage Body<T>::prescribed_stage(State<T>& state, std::span<const PrescribedComponent<T>> prescribed) {
+    constexpr std::size_t kPiece = 512;
+    const bool none_twice = std::adjacent_find(prescribed.begin(), prescribed.end(), [](const auto& p, const auto& q) {
+                                return std::tie(p.index, p.axis) >= std::tie(q.index, q.axis);
+                            }) == prescribed.end();
+    const std::size_t length = none_twice ? kPiece : std::max<std::size_t>(prescribed.size(), 1);
+    return {(prescribed.size() + length - 1) / length, [&state, prescribed, length](std::size_t piece, std::size_t) {
+                const std::size_t begin = piece * length;
+                set_prescribed(state, prescribed.subspan(begin, std::min(length, prescribed.size() - begin)));
+            }};
 }
 
 template struct State<float>;

@@ -87,6 +87,9 @@ public:
     double kinetic_energy(const State<T>& state) const;
     const Workers& workers() const { return workers_; }
     static void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
+    /// The same as the last stage of a step. Several pieces where that cannot matter: one that is named twice gets the
+    /// later values. The arguments must outlive the stage.
+    static Stage prescribed_stage(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
 
 protected:
     explicit Body(Workers workers) : workers_(std::move(workers)) {}

@@ -133,20 +133,23 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
 }
 
 template <class T>
-void LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T>& step) const {
-    this->workers().run(slabs(),
-                        [&](std::size_t slab, std::size_t worker) { sweep_slab(state, slab, worker, finish, step); });
-    this->workers().run(slabs() - 1, [&](std::size_t join, std::size_t) {
-        Layer layer = layer_at(state, slab_begin_[join + 1]);
-        layer.step = step;
-        if (finish == Finish::store) {
-            point_to(layer.partial, state.force, layout_.axes, slab_begin_[join + 1] * layout_.plane);
-        } else {
-            point_to(layer.partial, state.buffers.data() + 6 * join);
-        }
-        point_to(layer.above, state.buffers.data() + 6 * join + 3);
-        table_->lattice->join[static_cast<int>(finish)](layer);
-    });
+void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, const StepConstants<T>& step) const {
+    Layer layer = layer_at(state, slab_begin_[join + 1]);
+    layer.step = step;
+    if (finish == Finish::store) {
+        point_to(layer.partial, state.force, layout_.axes, slab_begin_[join + 1] * layout_.plane);
+    } else {
+        point_to(layer.partial, state.buffers.data() + 6 * join);
+    }
+    point_to(layer.above, state.buffers.data() + 6 * join + 3);
+    table_->lattice->join[static_cast<int>(finish)](layer);
+}
+
+template <class T>
+std::vector<Stage> LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T>& step) const {
+    return {{slabs(), [this, &state, &step, finish](
+                          std::size_t slab, std::size_t worker) { sweep_slab(state, slab, worker, finish, step); }},
+            {slabs() - 1, [this, &state, &step, finish](std::size_t j, std::size_t) { join(state, j, finish, step); }}};
 }
 
 template <class T>
@@ -156,7 +159,8 @@ void LatticeBody<T>::compute_forces(State<T>& state) const {
             force = AlignedArray<T>(layout_.size());
         }
     }
-    sweep(state, Finish::store, {});
+    const StepConstants<T> none{};
+    this->workers().run(sweep(state, Finish::store, none), 1);
 }
 
 template <class T>
@@ -184,10 +188,9 @@ void LatticeBody<T>::step(State<T>& state, const StepParameters& parameters,
     }
     const StepConstants<T> constants = step_constants<T>(along_axes, layout_.cell_size);
     const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
-    for (long i = 0; i < count; ++i) {
-        sweep(state, finish, constants);
-        Body<T>::set_prescribed(state, prescribed);
-    }
+    std::vector<Stage> stages = sweep(state, finish, constants);
+    stages.push_back(Body<T>::prescribed_stage(state, prescribed));
+    this->workers().run(stages, count);
 }
 
 template <class T>

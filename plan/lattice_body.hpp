@@ -35,7 +35,10 @@ private:
     std::size_t slabs() const { return slab_begin_.size() - 1; }
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
-    void sweep(State<T>& state, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
+    /// Finishes the plane where slabs `join` and `join` + 1 meet.
+    void join(State<T>& state, std::size_t join, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
+    /// The slabs, and then what joins them. The arguments must outlive the stages.
+    std::vector<Stage> sweep(State<T>& state, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
     void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
                     const kernels::StepConstants<T>& step) const;
 

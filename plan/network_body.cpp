@@ -6,6 +6,19 @@
 #include <algorithm>
 
 namespace hybmss {
+namespace {
+
+/// visit(begin, end) on pieces of [begin, end), which do not depend on the threads.
+template <class Visit>
+Stage in_pieces(std::size_t begin, std::size_t end, Visit visit) {
+    constexpr std::size_t kPiece = 128 * kPadding;
+    return {(end - begin + kPiece - 1) / kPiece, [begin, end, visit](std::size_t i, std::size_t) {
+                const std::size_t from = begin + i * kPiece;
+                visit(static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(std::min(from + kPiece, end)));
+            }};
+}
+
+} // namespace
 
 template <class T>
 NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
@@ -66,16 +79,6 @@ kernels::NodeArrays<T> NetworkBody<T>::node_arrays(State<T>& state) const {
 
 template <class T>
 template <class Visit>
-void NetworkBody<T>::for_each_piece(std::size_t begin, std::size_t end, const Visit& visit) const {
-    constexpr std::size_t kPiece = 128 * kPadding;
-    this->workers().run((end - begin + kPiece - 1) / kPiece, [&](std::size_t i, std::size_t) {
-        const std::size_t from = begin + i * kPiece;
-        visit(static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(std::min(from + kPiece, end)));
-    });
-}
-
-template <class T>
-template <class Visit>
 double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) const {
     constexpr std::size_t kPiece = 128 * kPadding;
     std::vector<double> sums((size + kPiece - 1) / kPiece);
@@ -91,24 +94,28 @@ double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) con
 }
 
 template <class T>
-void NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
-    const auto springs = spring_arrays();
-    for (std::size_t color = 0; color + 1 < layout_.springs.color_begin.size(); ++color) {
-        for_each_piece(layout_.springs.color_begin[color], layout_.springs.color_begin[color + 1],
-                       [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                           table_->soa->springs[static_cast<int>(accuracy_)](springs, nodes, begin, end);
-                       });
+std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
+    std::vector<Stage> stages;
+    const auto& spring_colors = layout_.springs.color_begin;
+    const auto spring_kernel = table_->soa->springs[static_cast<int>(accuracy_)];
+    for (std::size_t color = 0; color + 1 < spring_colors.size(); ++color) {
+        stages.push_back(in_pieces(spring_colors[color], spring_colors[color + 1],
+                                   [spring_kernel, springs = spring_arrays(), nodes](auto begin, auto end) {
+                                       spring_kernel(springs, nodes, begin, end);
+                                   }));
     }
     if (volume_ == kernels::Volume::none) {
-        return;
+        return stages;
     }
-    const auto cells = cell_arrays();
-    for (std::size_t color = 0; color + 1 < layout_.cells.color_begin.size(); ++color) {
-        for_each_piece(layout_.cells.color_begin[color], layout_.cells.color_begin[color + 1],
-                       [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                           table_->soa->cells[static_cast<int>(volume_)](cells, nodes, begin, end);
-                       });
+    const auto& cell_colors = layout_.cells.color_begin;
+    const auto cell_kernel = table_->soa->cells[static_cast<int>(volume_)];
+    for (std::size_t color = 0; color + 1 < cell_colors.size(); ++color) {
+        stages.push_back(in_pieces(cell_colors[color], cell_colors[color + 1],
+                                   [cell_kernel, cells = cell_arrays(), nodes](auto begin, auto end) {
+                                       cell_kernel(cells, nodes, begin, end);
+                                   }));
     }
+    return stages;
 }
 
 template <class T>
@@ -125,7 +132,7 @@ void NetworkBody<T>::allocate_forces(State<T>& state) const {
 template <class T>
 void NetworkBody<T>::compute_forces(State<T>& state) const {
     allocate_forces(state);
-    accumulate(node_arrays(state));
+    this->workers().run(accumulate(node_arrays(state)), 1);
 }
 
 template <class T>
@@ -154,13 +161,13 @@ void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters,
     // The integrating kernel leaves the forces zero for the next step.
     allocate_forces(state);
     const auto nodes = node_arrays(state);
-    for (long i = 0; i < count; ++i) {
-        accumulate(nodes);
-        for_each_piece(0, layout_.size(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            table_->soa->integrate[driven](nodes, constants, begin, end);
-        });
-        Body<T>::set_prescribed(state, prescribed);
-    }
+    std::vector<Stage> stages = accumulate(nodes);
+    stages.push_back(in_pieces(0, layout_.size(),
+                               [integrate = table_->soa->integrate[driven], constants, nodes](auto begin, auto end) {
+                                   integrate(nodes, constants, begin, end);
+                               }));
+    stages.push_back(Body<T>::prescribed_stage(state, prescribed));
+    this->workers().run(stages, count);
 }
 
 template <class T>

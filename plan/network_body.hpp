@@ -32,11 +32,8 @@ private:
     kernels::NetworkCells<T> cell_arrays() const;
     kernels::NodeArrays<T> node_arrays(State<T>& state) const;
     void allocate_forces(State<T>& state) const;
-    /// Adds all forces to arrays that are zero.
-    void accumulate(const kernels::NodeArrays<T>& nodes) const;
-    /// Calls visit(begin, end) on pieces of [begin, end), several at a time; the pieces do not depend on the threads.
-    template <class Visit>
-    void for_each_piece(std::size_t begin, std::size_t end, const Visit& visit) const;
+    /// What adds all forces to arrays that are zero, a stage a colour.
+    std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;
     template <class Visit>
     double sum_over_pieces(std::size_t size, const Visit& visit) const;
 

@@ -64,26 +64,29 @@ void PackedNetworkBody<T, Layout>::clear_forces(State<T>& state) const {
 }
 
 template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::accumulate(const kernels::PackedNodes<T>& nodes) const {
+std::vector<Stage> PackedNetworkBody<T, Layout>::accumulate(const kernels::PackedNodes<T>& nodes) const {
     const auto& kernels = Facts<Layout>::kernels(*table_);
     const auto springs = kernels.springs[static_cast<int>(accuracy_)];
     const auto cells = kernels.cells[static_cast<int>(volume_)];
+    std::vector<Stage> stages;
     for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
         const std::size_t first = layout_.color_begin[color];
-        this->workers().run(layout_.color_begin[color + 1] - first, [&](std::size_t i, std::size_t) {
-            const NetworkTile& tile = layout_.tiles[first + i];
-            springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
-            if (cells) {
-                cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
-            }
-        });
+        stages.push_back(
+            {layout_.color_begin[color + 1] - first, [=, this](std::size_t i, std::size_t) {
+                 const NetworkTile& tile = layout_.tiles[first + i];
+                 springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
+                 if (cells) {
+                     cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+                 }
+             }});
     }
+    return stages;
 }
 
 template <class T, class Layout>
 void PackedNetworkBody<T, Layout>::compute_forces(State<T>& state) const {
     clear_forces(state);
-    accumulate(packed_nodes(state));
+    this->workers().run(accumulate(packed_nodes(state)), 1);
 }
 
 template <class T, class Layout>
@@ -117,14 +120,13 @@ void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& p
     clear_forces(state);
     const auto nodes = packed_nodes(state);
     constexpr std::size_t kPiece = 2048;
-    for (long i = 0; i < count; ++i) {
-        accumulate(nodes);
-        this->workers().run((layout_.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-            integrate(nodes, constants, signed_index(piece * kPiece),
-                      signed_index(std::min((piece + 1) * kPiece, layout_.size())));
-        });
-        Body<T>::set_prescribed(state, prescribed);
-    }
+    std::vector<Stage> stages = accumulate(nodes);
+    stages.push_back({(layout_.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+                          integrate(nodes, constants, signed_index(piece * kPiece),
+                                    signed_index(std::min((piece + 1) * kPiece, layout_.size())));
+                      }});
+    stages.push_back(Body<T>::prescribed_stage(state, prescribed));
+    this->workers().run(stages, count);
 }
 
 template <class T, class Layout>

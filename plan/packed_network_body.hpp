@@ -33,8 +33,8 @@ public:
 private:
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
     void clear_forces(State<T>& state) const;
-    /// Adds all forces to nodes whose forces are zero.
-    void accumulate(const kernels::PackedNodes<T>& nodes) const;
+    /// What adds all forces to nodes whose forces are zero, a stage a colour.
+    std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 
     Layout layout_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order

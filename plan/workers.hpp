@@ -1,12 +1,20 @@
 #pragma once
 
+#include "plan/staged_run.hpp"
+
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
 
 namespace hybmss {
 
-/// A fixed number of threads that run independent pieces of work.
+class Crew;
+
+/// A number of threads, the caller's among them, that run pieces of work. Helpers are oneTBB's; the caller waits for
+/// none that has not begun a piece.
+///
+/// What is called from within a piece runs on the calling thread alone: the others have pieces of their own.
 class Workers {
 public:
     /// `threads` >= 1.
@@ -16,15 +24,16 @@ public:
 
     int threads() const { return threads_; }
 
-    /// Calls piece(index, worker) for every index below `count`, each once, in any order; worker < threads() is the
-    /// same for at most one piece at a time. Returns when all are done. May be called from several threads at the same
-    /// time.
-    void run(std::size_t count, const std::function<void(std::size_t index, std::size_t worker)>& piece) const;
+    /// The stages in their order, `rounds` times; each begins when all pieces of the one before are done. Returns when
+    /// all are. worker < threads(). Which thread runs a piece is likely to be the same in every round. May be called
+    /// from several threads at the same time.
+    void run(std::span<const Stage> stages, long rounds) const;
+    /// One stage.
+    void run(std::size_t count, std::function<void(std::size_t index, std::size_t worker)> piece) const;
 
 private:
-    struct Arena;
     int threads_;
-    std::unique_ptr<Arena> arena_;
+    std::unique_ptr<Crew> crew_;
 };
 
 /// The threads a body of `nodes` nodes takes, of the `wanted` (0: all of the machine): a small body's pieces are

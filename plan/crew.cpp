@@ -1,0 +1,118 @@
+#include "plan/crew.hpp"
+
+#include "plan/spin_wait.hpp"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+
+#if defined(__SANITIZE_THREAD__)
+extern "C" void __tsan_acquire(void* address);
+extern "C" void __tsan_release(void* address);
+#endif
+
+namespace hybmss {
+namespace {
+
+// Longer than what a simulation does between two steps; short beside what a program would miss the core for.
+constexpr std::chrono::microseconds kLinger{200};
+
+/// Tells ThreadSanitizer that a task starts after it was handed over: it cannot see into a oneTBB built without it.
+/// Everything else is ordered by the board's mutex and the run's atomics.
+struct HandOver {
+#if defined(__SANITIZE_THREAD__)
+    inline static char address = 0;
+    static void give() {
+        __tsan_release(&address);
+    }
+    static void take() {
+        __tsan_acquire(&address);
+    }
+#else
+    static void give() {}
+    static void take() {}
+#endif
+};
+
+} // namespace
+
+struct Crew::Arena {
+    // oneTBB starts no more threads than the machine has cores, and says so on stderr, unless it is told to.
+    explicit Arena(int threads)
+        : limit(tbb::global_control::max_allowed_parallelism,
+                static_cast<std::size_t>(std::max(threads, tbb::info::default_concurrency()))),
+          arena(threads) {}
+    tbb::global_control limit;
+    tbb::task_arena arena;
+};
+
+Crew::Crew(int threads) : board_(std::make_shared<Board>()), arena_(std::make_unique<Arena>(threads)) {
+    board_->taken.assign(static_cast<std::size_t>(threads), false);
+    board_->linger = threads <= tbb::info::default_concurrency();
+}
+
+Crew::~Crew() {
+    const std::lock_guard lock(board_->mutex);
+    board_->run = nullptr;
+    ++board_->calls;
+}
+
+void Crew::Board::help(std::size_t seat) {
+    using Clock = std::chrono::steady_clock;
+    std::uint64_t answered = 0;
+    for (;;) {
+        std::shared_ptr<StagedRun> at_hand;
+        {
+            const std::lock_guard lock(mutex);
+            if (calls == answered || !run) {
+                taken[seat] = false;
+                return;
+            }
+            answered = calls;
+            at_hand = run;
+        }
+        at_hand->work(seat);
+        at_hand.reset();
+        const Clock::time_point leave = Clock::now() + kLinger;
+        while (linger && calls.load(std::memory_order_relaxed) == answered && Clock::now() < leave) {
+            SpinWait wait(100);
+            for (int turn = 0; turn < 101 && calls.load(std::memory_order_relaxed) == answered; ++turn) {
+                wait.turn();
+            }
+        }
+    }
+}
+
+void Crew::call(const std::shared_ptr<StagedRun>& run) {
+    std::vector<std::size_t> empty;
+    {
+        const std::lock_guard lock(board_->mutex);
+        board_->run = run;
+        ++board_->calls;
+        for (std::size_t seat = 1; seat < board_->taken.size(); ++seat) {
+            if (!board_->taken[seat]) {
+                board_->taken[seat] = true;
+                empty.push_back(seat);
+            }
+        }
+    }
+    for (const std::size_t seat : empty) {
+        try {
+            HandOver::give();
+            arena_->arena.enqueue([board = board_, seat] {
+                HandOver::take();
+                board->help(seat);
+            });
+        } catch (const std::exception&) {
+            // No memory or no threads: the run is on its way, and the caller can finish it alone.
+            const std::lock_guard lock(board_->mutex);
+            board_->taken[seat] = false;
+        }
+    }
+}
+
+} // namespace hybmss
