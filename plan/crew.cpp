@@ -13,6 +13,9 @@
 #if defined(__SANITIZE_THREAD__)
 extern "C" void __tsan_acquire(void* address);
 extern "C" void __tsan_release(void* address);
+#define HYBMSS_NOT_FOR_TSAN __attribute__((no_sanitize_thread))
+#else
+#define HYBMSS_NOT_FOR_TSAN
 #endif
 
 namespace hybmss {
@@ -20,23 +23,6 @@ namespace {
 
 // Longer than what a simulation does between two steps; short beside what a program would miss the core for.
 constexpr std::chrono::microseconds kLinger{200};
-
-/// Tells ThreadSanitizer that a task starts after it was handed over: it cannot see into a oneTBB built without it.
-/// Everything else is ordered by the board's mutex and the run's atomics.
-struct HandOver {
-#if defined(__SANITIZE_THREAD__)
-    inline static char address = 0;
-    static void give() {
-        __tsan_release(&address);
-    }
-    static void take() {
-        __tsan_acquire(&address);
-    }
-#else
-    static void give() {}
-    static void take() {}
-#endif
-};
 
 } // namespace
 
@@ -48,6 +34,37 @@ struct Crew::Arena {
           arena(threads) {}
     tbb::global_control limit;
     tbb::task_arena arena;
+};
+
+/// Brings a helper to its seat.
+///
+/// ThreadSanitizer cannot see that oneTBB, which is built without it, hands a task over before it starts: it is told
+/// so, and does not look at how the task's one pointer is copied and read. Everything else is ordered by the board's
+/// mutex and the run's atomics.
+struct Crew::Invitation {
+    std::shared_ptr<Board> board;
+    std::size_t seat;
+
+    static void accept(Invitation* given) {
+#if defined(__SANITIZE_THREAD__)
+        __tsan_acquire(given);
+#endif
+        const std::unique_ptr<Invitation> invitation(given);
+        invitation->board->help(invitation->seat);
+    }
+    /// Takes the invitation over once it is on its way.
+    static void send(tbb::task_arena& arena, std::unique_ptr<Invitation> invitation) {
+#if defined(__SANITIZE_THREAD__)
+        __tsan_release(invitation.get());
+#endif
+        arena.enqueue(Task{invitation.get()});
+        static_cast<void>(invitation.release());
+    }
+
+    struct Task {
+        Invitation* invitation;
+        HYBMSS_NOT_FOR_TSAN void operator()() const { accept(invitation); }
+    };
 };
 
 Crew::Crew(int threads) : board_(std::make_shared<Board>()), arena_(std::make_unique<Arena>(threads)) {
@@ -102,11 +119,7 @@ void Crew::call(const std::shared_ptr<StagedRun>& run) {
     }
     for (const std::size_t seat : empty) {
         try {
-            HandOver::give();
-            arena_->arena.enqueue([board = board_, seat] {
-                HandOver::take();
-                board->help(seat);
-            });
+            Invitation::send(arena_->arena, std::make_unique<Invitation>(Invitation{board_, seat}));
         } catch (const std::exception&) {
             // No memory or no threads: the run is on its way, and the caller can finish it alone.
             const std::lock_guard lock(board_->mutex);

@@ -29,6 +29,7 @@ public:
 
 private:
     struct Arena;
+    struct Invitation;
     /// What helpers see, and own together with the crew: they may leave after it has gone.
     struct Board {
         std::mutex mutex;
