@@ -15,6 +15,7 @@ struct KernelTable {
     const LatticeKernels<T>* lattice;
     const SoaKernels<T>* soa;
     const PackedKernels<T>* packed;
+    const RunKernels<T>* runs;
     const RecordKernels<T>* records;
 };
 
