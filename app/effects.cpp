@@ -49,7 +49,11 @@ EffectList effects_of(const Simulation& simulation) {
     const auto& g = scene.gravity.acceleration;
     add(g[0] != 0 || g[1] != 0 || g[2] != 0, "gravity", fmt::format("({}, {}, {}) m/s^2", g[0], g[1], g[2]),
         "no [gravity], or zero");
-    add(scene.damping.mass > 0, "mass damping", fmt::format("{} 1/s", scene.damping.mass), "no damping.mass, or zero");
+    const bool is_static = scene.solver.method == SolverMethod::static_equilibrium;
+    add(scene.damping.mass > 0 && !is_static, "mass damping", fmt::format("{} 1/s", scene.damping.mass),
+        is_static ? "static: nothing moves" : "no damping.mass, or zero");
+    add(!is_static, "inertia", std::string(name(scene.solver.method)), "static: nothing moves");
+    add(!scene.loads.empty(), "loads", fmt::format("{} [[load]]", scene.loads.size()), "no [[load]]");
     add(!scene.fixes.empty(), "fixed nodes",
         fmt::format("{} nodes, by {} [[fix]]", simulation.fixed_node_count(), scene.fixes.size()), "no [[fix]]");
     double over = 0;
@@ -57,7 +61,8 @@ EffectList effects_of(const Simulation& simulation) {
         over = move.over > over ? move.over : over;
     }
     add(!scene.moves.empty(), "prescribed motion",
-        fmt::format("{} nodes, by {} [[move]], over {} s", simulation.moved_node_count(), scene.moves.size(), over),
+        fmt::format("{} nodes, by {} [[move]]{}", simulation.moved_node_count(), scene.moves.size(),
+                    is_static ? "" : fmt::format(", over {} s", over)),
         "no [[move]]");
     return effects;
 }

@@ -45,6 +45,40 @@ void print_candidates(const PlanDescription& plan) {
     }
 }
 
+void row(std::string_view label, const std::string& value) {
+    fmt::print("  {:<20} {}\n", label, value);
+}
+
+void explain_solver(const Simulation& simulation) {
+    const Solver& solver = simulation.scene().solver;
+    fmt::print("solver\n");
+    row("method", "static: Newton's method with conjugate gradients in a trust region");
+    row("preconditioner", std::string(name(solver.preconditioner)));
+    row("tolerance", solver.tolerance ? fmt::format("{:g} (as given)", *solver.tolerance)
+                                      : std::string("1e-8, float 1e-4 (none given)"));
+    row("load steps", fmt::format("the first is 1/{} of the loading; smaller ones where one fails", solver.load_steps));
+    row("critical time step",
+        fmt::format("{:.6g} s, if it were solved by symplectic-euler", simulation.critical_time_step()));
+}
+
+void explain_time(Simulation& simulation) {
+    const Scene& scene = simulation.scene();
+    const bool implicit = scene.solver.method == SolverMethod::backward_euler;
+    fmt::print("time\n");
+    row("method", std::string(name(scene.solver.method)));
+    row("critical time step", fmt::format("{:.6g} s", simulation.critical_time_step()));
+    row("time step", fmt::format("{:.6g} s ({})", simulation.time_step(),
+                                 scene.solver.time_step ? "as given"
+                                 : implicit             ? "chosen: 14 times the critical one"
+                                                        : "chosen: 0.7 of the critical one"));
+    const double steps = std::ceil(scene.solver.duration / simulation.time_step());
+    row("steps", fmt::format("{:.0f}{}", steps, scene.solver.tolerance ? " at most; fewer if the body settles" : ""));
+    const double cost = seconds_a_step(simulation);
+    row("estimated cost",
+        fmt::format("{:.3g} s ({:.3g} us a step, {:.3g} ns a cell and step, measured now)", steps * cost, 1e6 * cost,
+                    1e9 * cost / static_cast<double>(simulation.lattice().cell_count())));
+}
+
 void explain(const ExplainArguments& arguments) {
     if (arguments.keys) {
         fmt::print("{}", scene_keys_markdown());
@@ -59,9 +93,6 @@ void explain(const ExplainArguments& arguments) {
     const PlanDescription plan = simulation.describe();
     const SpringCounts unmerged = simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0);
 
-    const auto row = [](std::string_view label, const std::string& value) {
-        fmt::print("  {:<20} {}\n", label, value);
-    };
     const EffectList effects = effects_of(simulation);
     fmt::print("effects in\n");
     for (const Effect& effect : effects.in) {
@@ -88,16 +119,11 @@ void explain(const ExplainArguments& arguments) {
     row("bytes",
         fmt::format("{} in the plan, about {:.3g} in the whole run", plan.bytes, estimated_bytes(scene.body, options)));
     print_candidates(plan);
-    fmt::print("time\n");
-    row("critical time step", fmt::format("{:.6g} s", simulation.critical_time_step()));
-    row("time step", fmt::format("{:.6g} s ({})", simulation.time_step(),
-                                 scene.solver.time_step ? "as given" : "chosen: 0.7 of the critical one"));
-    const double steps = std::ceil(scene.solver.duration / simulation.time_step());
-    row("steps", fmt::format("{:.0f}{}", steps, scene.solver.tolerance ? " at most; fewer if the body settles" : ""));
-    const double cost = seconds_a_step(simulation);
-    row("estimated cost",
-        fmt::format("{:.3g} s ({:.3g} us a step, {:.3g} ns a cell and step, measured now)", steps * cost, 1e6 * cost,
-                    1e9 * cost / static_cast<double>(simulation.lattice().cell_count())));
+    if (scene.solver.method == SolverMethod::static_equilibrium) {
+        explain_solver(simulation);
+    } else {
+        explain_time(simulation);
+    }
 }
 
 } // namespace

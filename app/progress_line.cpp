@@ -21,6 +21,14 @@ void ProgressLine::show(const Progress& progress) {
         return;
     }
     shown_ = true;
+    if (progress.solve) {
+        const EquilibriumProgress& solve = *progress.solve;
+        fmt::print(stream_, "\r\033[Kload {:.4g} %, Newton {}, CG {}, residual {:.2e}, potential {:.4g} J, {:.0f} s",
+                   100 * solve.load_fraction, solve.newton_iteration, solve.cg_iterations, solve.residual,
+                   solve.potential, progress.wall_seconds);
+        std::fflush(stream_);
+        return;
+    }
     const double left = progress.wall_seconds * static_cast<double>(progress.steps - progress.step) /
                         static_cast<double>(progress.step);
     const Energies& e = progress.energies;

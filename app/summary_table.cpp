@@ -24,10 +24,20 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
                             simulation.node_count(), s.plan.springs));
     row("kernel", fmt::format("{}, {}, {}, {}, threads {}", s.plan.kernel, s.plan.layout, name(s.plan.instruction_set),
                               s.plan.precision, s.plan.threads));
-    row("steps", fmt::format("{} of {:.6g} s (stable: {:.6g} s), t = {:.6g} s", s.steps, s.time_step,
-                             s.critical_time_step, s.time));
-    row("settled", fmt::format("{} (residual {:.3g}, kinetic ratio {:.3g})", s.converged ? "yes" : "no",
-                               s.settlement.residual, s.settlement.kinetic_ratio));
+    if (simulation.scene().solver.method == SolverMethod::static_equilibrium) {
+        row("load steps", fmt::format("{} and {} failed ones, to {:.6g} % of the loading", s.work.load_steps,
+                                      s.work.failed_load_steps, 100 * s.time));
+        row("converged", fmt::format("{} (residual {:.3g})", s.converged ? "yes" : "no", s.settlement.residual));
+    } else {
+        row("steps", fmt::format("{} of {:.6g} s (stable: {:.6g} s), t = {:.6g} s", s.steps, s.time_step,
+                                 s.critical_time_step, s.time));
+        row("settled", fmt::format("{} (residual {:.3g}, kinetic ratio {:.3g})", s.converged ? "yes" : "no",
+                                   s.settlement.residual, s.settlement.kinetic_ratio));
+    }
+    if (s.work.newton_iterations > 0) {
+        row("iterations", fmt::format("{} of Newton's method, {} of conjugate gradients ({})", s.work.newton_iterations,
+                                      s.work.cg_iterations, s.work.preconditioner));
+    }
     row("relative volume change", fmt::format("{:.4f} %", 100 * s.volume.relative_volume_change));
     row("cell volume ratio",
         fmt::format("{:.6g} ... {:.6g}", s.volume.min_cell_volume_ratio, s.volume.max_cell_volume_ratio));

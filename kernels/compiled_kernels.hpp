@@ -14,8 +14,6 @@ namespace hybmss::kernels {
     extern const SoaKernels<double> kSoaDouble;                                                                        \
     extern const PackedKernels<float> kPackedFloat;                                                                    \
     extern const PackedKernels<double> kPackedDouble;                                                                  \
-    extern const RunKernels<float> kRunsFloat;                                                                         \
-    extern const RunKernels<double> kRunsDouble;                                                                       \
     extern const RecordKernels<float> kRecordsFloat;                                                                   \
     extern const RecordKernels<double> kRecordsDouble;                                                                 \
     }

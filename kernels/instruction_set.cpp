@@ -21,11 +21,11 @@ struct Entry {
 
 // The tables of an instruction set for both precisions.
 #define HYBMSS_TABLES(set)                                                                                             \
-    {InstructionSet::set,         &kernels::set::kLatticeFloat, &kernels::set::kSoaFloat,                              \
-     &kernels::set::kPackedFloat, &kernels::set::kRunsFloat,    &kernels::set::kRecordsFloat},                         \
+    {InstructionSet::set, &kernels::set::kLatticeFloat, &kernels::set::kSoaFloat, &kernels::set::kPackedFloat,         \
+     &kernels::set::kRecordsFloat},                                                                                    \
     {                                                                                                                  \
         InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kSoaDouble, &kernels::set::kPackedDouble,   \
-            &kernels::set::kRunsDouble, &kernels::set::kRecordsDouble                                                  \
+            &kernels::set::kRecordsDouble                                                                              \
     }
 
 // Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence

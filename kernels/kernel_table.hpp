@@ -15,7 +15,6 @@ struct KernelTable {
     const LatticeKernels<T>* lattice;
     const SoaKernels<T>* soa;
     const PackedKernels<T>* packed;
-    const RunKernels<T>* runs;
     const RecordKernels<T>* records;
 };
 

@@ -92,10 +92,18 @@ struct BlockVolume {
     V dilation;
 };
 
-/// From the cube diagonals 0-7, 1-6, 2-5, 3-4 of the displacements, as quads; `block` has the rest shapes.
-template <class V, class Block>
-HYBMSS_INLINE BlockVolume<V> block_volume(const Block& block, int lane, const V (&diagonal)[4][4]) {
+template <class V>
+HYBMSS_INLINE BlockVolume<V> block_volume(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* u) {
     // A mean of four edges is a quarter of a signed sum over the cube diagonals, formed before anything is transposed.
+    V diagonal[4][4];
+    for (int corner = 0; corner < 4; ++corner) {
+        V low[4];
+        load_quads(u, block.node[corner] + lane, low);
+        load_quads(u, block.node[7 - corner] + lane, diagonal[corner]);
+        for (int j = 0; j < 4; ++j) {
+            diagonal[corner][j] = diagonal[corner][j] - low[j];
+        }
+    }
     V mean[3][4];
     const V quarter = splat<V>(Scalar<V>(0.25));
     for (int j = 0; j < 4; ++j) {
@@ -122,38 +130,6 @@ HYBMSS_INLINE BlockVolume<V> block_volume(const Block& block, int lane, const V 
     return cell;
 }
 
-template <class V>
-HYBMSS_INLINE BlockVolume<V> block_volume(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* u) {
-    V diagonal[4][4];
-    for (int corner = 0; corner < 4; ++corner) {
-        V low[4];
-        load_quads(u, block.node[corner] + lane, low);
-        load_quads(u, block.node[7 - corner] + lane, diagonal[corner]);
-        for (int j = 0; j < 4; ++j) {
-            diagonal[corner][j] = diagonal[corner][j] - low[j];
-        }
-    }
-    return block_volume<V>(block, lane, diagonal);
-}
-
-/// The forces on the corners 0, 1, 2, 3, as quads; those on 7, 6, 5, 4 are opposite.
-template <Volume volume, class V>
-HYBMSS_INLINE void corner_forces(const BlockVolume<V>& cell, V kappa, V (&force)[4][4]) {
-    const V pressure = kappa * splat<V>(Scalar<V>(0.25)) * volume_slope<volume>(cell.dilation);
-    // Three transpositions back; the four pairs of corners are signed sums of what they give.
-    V bc[4], ca[4], ab[4];
-    vector_to_quads(scaled(pressure, cell.bc), bc);
-    vector_to_quads(scaled(pressure, cell.ca), ca);
-    vector_to_quads(scaled(pressure, cell.ab), ab);
-    for (int j = 0; j < 4; ++j) {
-        const V plus = bc[j] + ca[j], minus = bc[j] - ca[j];
-        force[0][j] = plus + ab[j];
-        force[1][j] = ab[j] - minus;
-        force[2][j] = minus + ab[j];
-        force[3][j] = ab[j] - plus;
-    }
-}
-
 /// f_i -= kappa phi'(J) dV'/dx_i, dV'/dx_i = 1/4 (+-(b x c) +- (c x a) +- (a x b)), for the cells of such blocks.
 template <Volume volume, class V>
 void packed_cells(const CellBlock<Scalar<V>>* blocks, const PackedNodes<Scalar<V>>& nodes, std::ptrdiff_t begin,
@@ -161,9 +137,22 @@ void packed_cells(const CellBlock<Scalar<V>>* blocks, const PackedNodes<Scalar<V
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         const CellBlock<Scalar<V>>& block = blocks[i];
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
-            V force[4][4];
-            corner_forces<volume>(block_volume<V>(block, lane, nodes.displacement), load_lanes<V>(block.kappa + lane),
-                                  force);
+            const BlockVolume<V> cell = block_volume<V>(block, lane, nodes.displacement);
+            const V pressure =
+                load_lanes<V>(block.kappa + lane) * splat<V>(Scalar<V>(0.25)) * volume_slope<volume>(cell.dilation);
+            // Three transpositions back; the four pairs of corners are signed sums of what they give.
+            V bc[4], ca[4], ab[4];
+            vector_to_quads(scaled(pressure, cell.bc), bc);
+            vector_to_quads(scaled(pressure, cell.ca), ca);
+            vector_to_quads(scaled(pressure, cell.ab), ab);
+            V force[4][4]; // on the corners 0, 1, 2, 3; those on 7, 6, 5, 4 are opposite
+            for (int j = 0; j < 4; ++j) {
+                const V plus = bc[j] + ca[j], minus = bc[j] - ca[j];
+                force[0][j] = plus + ab[j];
+                force[1][j] = ab[j] - minus;
+                force[2][j] = minus + ab[j];
+                force[3][j] = ab[j] - plus;
+            }
             for (int corner = 0; corner < 4; ++corner) {
                 accumulate_quads<true>(force[corner], nodes.force, block.node[corner] + lane);
                 accumulate_quads<false>(force[corner], nodes.force, block.node[7 - corner] + lane);

@@ -16,16 +16,10 @@ namespace hybmss {
 ///
 ///     nodes:   | x y z 0 | x y z 0 | ...  one load and one store a node; a vector of nodes is four loads a quarter
 ///                                         vector each, transposed in registers to x.., y.., z..
-///     runs:    | low, high, shape, stiffness | ...    sixteen springs from nodes in a row to nodes in a row
-///     shapes:  | rest x, y, z x16 each | 1/l^2 x16 | ...   stiffnesses: | k x16 | ...   each kept once
-///     blocks:  | a x16 | b x16 | rest x, y, z x16 each | k x16 | 1/l^2 x16 | ...   all other springs
+///     springs: | block: a x16 | b x16 | rest x, y, z x16 each | k x16 | 1/l^2 x16 | block | ...
 ///     tiles:   | colour 0: tile 3, tile 7, ... | colour 1: tile 0, ... |
-///                           \_ spring runs, spring blocks, cell runs, cell blocks of the tile
-///
-/// Where a mesh is regular, be it only piece by piece, the b - a of neighbouring springs are equal: such a run
-/// (item_runs.hpp) is plain loads of whole vectors, and its low nodes are loaded and stored once for all runs from
-/// them. A run is sixteen bytes, and nothing else where its shape and stiffnesses are those of others: a byte a spring,
-/// where a spring in a block takes seven numbers.
+///                          |  \_ cell blocks of the tile
+///                          \____ spring blocks of the tile
 ///
 /// Nodes keep the caller's numbering where it is one in space; else they are numbered row by row, like a lattice
 /// (row_order.hpp). A Z curve (Morton order) was tried and lost: tiles touch fewer nodes, but each of them many memory
@@ -34,23 +28,15 @@ namespace hybmss {
 /// occurs twice (conflict_free_blocks.hpp); tiles of one colour share no node (tile_coloring.hpp). Sizes depend on the
 /// body alone.
 ///
-/// Gaps in runs are springs and cells of stiffness zero between the nodes that are there; behind the body's nodes
-/// sixteen follow for them that belong to nobody. Gaps in blocks are springs and cells of stiffness zero that begin and
-/// end at the tile's own dummy node, which follows these: nobody else touches it, and what is added there is zero.
+/// Gaps in blocks are springs and cells of stiffness zero that begin and end at the tile's own dummy node, which
+/// follows the body's nodes: nobody else touches it, and what is added there is zero.
 template <class T>
 struct PackedXyzw {
-    /// \param vector_lanes of the kernels that will read it; it decides the order of a run's lanes (lane_of_row)
-    explicit PackedXyzw(const Network& network, int vector_lanes = 1);
+    explicit PackedXyzw(const Network& network);
 
     /// order[i] is the caller's node at place i; empty where the order is the caller's.
     std::vector<std::uint32_t> order;
     std::vector<std::uint32_t> place; ///< the inverse
-    AlignedArray<SpringRun> spring_runs;
-    AlignedArray<SpringRunShape<T>> spring_run_shapes;
-    AlignedArray<LaneValues<T>> stiffnesses;
-    AlignedArray<CellRun> cell_runs;
-    AlignedArray<CellRunShape<T>> cell_run_shapes;
-    AlignedArray<LaneValues<T>> kappas;
     AlignedArray<SpringBlock<T>> springs;
     AlignedArray<CellBlock<T>> cells;
     std::vector<NetworkTile> tiles;       ///< colour after colour; in blocks
@@ -65,18 +51,6 @@ struct PackedXyzw {
     std::size_t size() const { return inverse_mass.size() / 4; }
     std::size_t bytes() const;
 };
-
-/// Which node of a run stands at `position` in the rows of a run. Vectors of nodes in a row, transposed within groups
-/// of four lanes, do not come out in the order of the nodes: with four vectors of `groups` quads each, lane 4 g + j is
-/// node groups j + g.
-constexpr std::size_t lane_of_row(std::size_t position, int vector_lanes) {
-    const auto lanes = static_cast<std::size_t>(vector_lanes), groups = lanes / 4;
-    if (groups < 2) {
-        return position;
-    }
-    const std::size_t within = position % lanes;
-    return position - within + groups * (within % 4) + within / 4;
-}
 
 extern template struct PackedXyzw<float>;
 extern template struct PackedXyzw<double>;

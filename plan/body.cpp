@@ -139,17 +139,53 @@ void Body<T>::set_prescribed(State<T>& state, std::span<const PrescribedComponen
     }
 }
 
+namespace {
+
+constexpr std::size_t kPiece = 512; // components
+
+/// Pieces of a list of components, in parallel: visit(part of the list).
+template <class Component, class Visit>
+Stage stage_over(std::span<const Component> all, std::size_t length, const Visit& visit) {
+    return {(all.size() + length - 1) / length, [all, length, visit](std::size_t piece, std::size_t) {
+                const std::size_t begin = piece * length;
+                visit(all.subspan(begin, std::min(length, all.size() - begin)));
+            }};
+}
+
 template <class T>
-Stage Body<T>::prescribed_stage(State<T>& state, std::span<const PrescribedComponent<T>> prescribed) {
-    constexpr std::size_t kPiece = 512;
+Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<const LoadedComponent<T>> loaded) {
+    const double dt = parameters.time_step;
+    const T time_step = static_cast<T>(dt), factor = static_cast<T>(dt / (1 + dt * parameters.mass_damping));
+    return stage_over(loaded, kPiece, [&state, time_step, factor](std::span<const LoadedComponent<T>> part) {
+        for (const LoadedComponent<T>& p : part) {
+            const auto axis = static_cast<std::size_t>(p.axis);
+            const Component<T> u = component(state.displacement, axis), v = component(state.velocity, axis);
+            const T gain = factor * p.acceleration;
+            v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] += gain;
+            u.first[static_cast<std::ptrdiff_t>(p.index) * u.stride] += time_step * gain;
+        }
+    });
+}
+
+} // namespace
+
+template <class T>
+void Body<T>::add_action_stages(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
+                                std::vector<Stage>& stages) {
+    if (!actions.loaded.empty()) {
+        stages.push_back(load_stage(state, parameters, actions.loaded));
+    }
+    const std::span<const PrescribedComponent<T>> prescribed = actions.prescribed;
+    if (prescribed.empty()) {
+        return;
+    }
+    // Several pieces where that cannot matter: one that is named twice gets the later values.
     const bool none_twice = std::adjacent_find(prescribed.begin(), prescribed.end(), [](const auto& p, const auto& q) {
                                 return std::tie(p.index, p.axis) >= std::tie(q.index, q.axis);
                             }) == prescribed.end();
-    const std::size_t length = none_twice ? kPiece : std::max<std::size_t>(prescribed.size(), 1);
-    return {(prescribed.size() + length - 1) / length, [&state, prescribed, length](std::size_t piece, std::size_t) {
-                const std::size_t begin = piece * length;
-                set_prescribed(state, prescribed.subspan(begin, std::min(length, prescribed.size() - begin)));
-            }};
+    stages.push_back(
+        stage_over(prescribed, none_twice ? kPiece : prescribed.size(),
+                   [&state](std::span<const PrescribedComponent<T>> part) { set_prescribed(state, part); }));
 }
 
 template struct State<float>;

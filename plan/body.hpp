@@ -51,6 +51,21 @@ struct PrescribedComponent {
     T velocity;
 };
 
+/// A loaded component of a node: where it lies and what the load accelerates it by, in the body's units by s^2.
+template <class T>
+struct LoadedComponent {
+    std::size_t index;
+    int axis;
+    T acceleration;
+};
+
+/// What acts on single nodes in a step, besides what acts on all of them. Not owned.
+template <class T>
+struct NodeActions {
+    std::span<const PrescribedComponent<T>> prescribed;
+    std::span<const LoadedComponent<T>> loaded; ///< each component once
+};
+
 /// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable.
 template <class T>
 class Body {
@@ -74,9 +89,9 @@ public:
     /// Sets state.force.
     virtual void compute_forces(State<T>& state) const = 0;
     virtual PotentialEnergy energy(State<T>& state) const = 0;
-    /// One step after the other, each followed by the prescribed components.
-    virtual void step(State<T>& state, const StepParameters& parameters,
-                      std::span<const PrescribedComponent<T>> prescribed, long count) const = 0;
+    /// One step after the other, each followed by the loads and the prescribed components.
+    virtual void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
+                      long count) const = 0;
 
     /// field = factor * in, at the body's nodes.
     void write(VectorField<const T> in, double factor, NodeField<T>& field) const;
@@ -87,9 +102,11 @@ public:
     double kinetic_energy(const State<T>& state) const;
     const Workers& workers() const { return workers_; }
     static void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
-    /// The same as the last stage of a step. Several pieces where that cannot matter: one that is named twice gets the
-    /// later values. The arguments must outlive the stage.
-    static Stage prescribed_stage(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
+    /// Appends what acts on single nodes to the stages of a step. A load adds its part to the integrated motion, which
+    /// is linear in the force: v += dt/(1 + dt c) f/m, u += dt of that. The spans and the state must outlive the
+    /// stages.
+    static void add_action_stages(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
+                                  std::vector<Stage>& stages);
 
 protected:
     explicit Body(Workers workers) : workers_(std::move(workers)) {}

@@ -3,6 +3,8 @@
 #include "plan/planned_body.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -28,6 +30,7 @@ struct ExplicitDynamics<T>::Implementation {
     const Body<T>* body;
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
     std::vector<PrescribedComponent<T>> prescribed;
+    std::vector<LoadedComponent<T>> loaded;
 };
 
 template <class T>
@@ -71,8 +74,38 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
 }
 
 template <class T>
+void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
+    const Body<T>& body = *implementation_->body;
+    std::map<std::uint32_t, std::array<double, 3>> forces;
+    for (const NodalLoad& load : loads) {
+        if (load.node >= body.node_count()) {
+            throw std::invalid_argument("loaded node " + std::to_string(load.node) + ": the body has " +
+                                        std::to_string(body.node_count()) + " nodes");
+        }
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (!std::isfinite(load.force[c])) {
+                throw std::invalid_argument("load on node " + std::to_string(load.node) + ": the force along " +
+                                            "xyz"[c] + " is not finite");
+            }
+            forces[load.node][c] += load.force[c];
+        }
+    }
+    std::vector<LoadedComponent<T>> components;
+    for (const auto& [node, force] : forces) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (force[c] != 0) {
+                const double acceleration = force[c] / (body.masses()[node] * body.length_unit());
+                components.push_back({body.index_of(node), static_cast<int>(c), static_cast<T>(acceleration)});
+            }
+        }
+    }
+    implementation_->loaded = std::move(components);
+}
+
+template <class T>
 void ExplicitDynamics<T>::step(const StepParameters& parameters, long count) {
-    implementation_->body->step(implementation_->state, parameters, implementation_->prescribed, count);
+    implementation_->body->step(implementation_->state, parameters,
+                                {implementation_->prescribed, implementation_->loaded}, count);
 }
 
 template <class T>

@@ -13,12 +13,10 @@ using kernels::StepConstants;
 
 namespace {
 
-/// Slabs of at least three layers, at most sixteen of them: a join costs about a twentieth of a layer, and what crosses
-/// from core to core far more; so no more of them either than threads that are of use, but two where there are layers
-/// enough. A power of two, so that two, four and eight threads get equal shares.
-std::vector<std::size_t> divide_into_slabs(std::size_t layers, std::size_t nodes) {
-    const std::size_t of_use = std::clamp<std::size_t>(1 + nodes / kNodesPerThread, 2, 16);
-    const std::size_t slabs = std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
+/// Slabs of at least three layers, at most sixteen of them: a join costs about a twentieth of a layer. A power of two,
+/// so that two, four and eight threads get equal shares.
+std::vector<std::size_t> divide_into_slabs(std::size_t layers) {
+    const std::size_t slabs = std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, 16));
     std::vector<std::size_t> begin;
     for (std::size_t s = 0; s <= slabs; ++s) {
         begin.push_back(layers * s / slabs);
@@ -46,7 +44,7 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
     : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count()))), layout_(lattice, material),
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       face_diagonals_(material.face_diagonal_ratio > 0), volume_(kernel_volume(resolved_volume_energy(material))),
-      accuracy_(options.accuracy), slab_begin_(divide_into_slabs(layout_.planes - 1, lattice.grid_node_count())),
+      accuracy_(options.accuracy), slab_begin_(divide_into_slabs(layout_.planes - 1)),
       critical_time_step_(lattice_critical_time_step(lattice, material)),
       springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
 
@@ -182,8 +180,8 @@ PotentialEnergy LatticeBody<T>::energy(State<T>& state) const {
 }
 
 template <class T>
-void LatticeBody<T>::step(State<T>& state, const StepParameters& parameters,
-                          std::span<const PrescribedComponent<T>> prescribed, long count) const {
+void LatticeBody<T>::step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
+                          long count) const {
     StepParameters along_axes = parameters;
     for (std::size_t c = 0; c < 3; ++c) {
         along_axes.acceleration[c] = parameters.acceleration[layout_.axes[c]];
@@ -191,7 +189,7 @@ void LatticeBody<T>::step(State<T>& state, const StepParameters& parameters,
     const StepConstants<T> constants = step_constants<T>(along_axes, layout_.cell_size);
     const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
     std::vector<Stage> stages = sweep(state, finish, constants);
-    stages.push_back(Body<T>::prescribed_stage(state, prescribed));
+    Body<T>::add_action_stages(state, parameters, actions, stages);
     this->workers().run(stages, count);
 }
 

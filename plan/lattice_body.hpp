@@ -26,7 +26,7 @@ public:
     State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
-    void step(State<T>& state, const StepParameters& parameters, std::span<const PrescribedComponent<T>> prescribed,
+    void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
               long count) const override;
 
 private:

@@ -154,8 +154,8 @@ PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
 }
 
 template <class T>
-void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters,
-                          std::span<const PrescribedComponent<T>> prescribed, long count) const {
+void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
+                          long count) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
     const bool driven = is_driven(parameters);
     // The integrating kernel leaves the forces zero for the next step.
@@ -166,7 +166,7 @@ void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters,
                                [integrate = table_->soa->integrate[driven], constants, nodes](auto begin, auto end) {
                                    integrate(nodes, constants, begin, end);
                                }));
-    stages.push_back(Body<T>::prescribed_stage(state, prescribed));
+    Body<T>::add_action_stages(state, parameters, actions, stages);
     this->workers().run(stages, count);
 }
 

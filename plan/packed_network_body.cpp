@@ -4,9 +4,26 @@
 #include "plan/plan_description.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace hybmss {
 namespace {
+
+/// The name of a layout, its kernels in a table, and what its kernels' names begin with.
+template <class T>
+struct Facts;
+template <class T>
+struct Facts<PackedXyzw<T>> {
+    static constexpr const char *kLayout = "packed-xyzw", *kKernels = "packed";
+    static constexpr int kMostThreads = std::numeric_limits<int>::max();
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.packed; }
+};
+template <class T>
+struct Facts<ArrayOfStructs<T>> {
+    static constexpr const char *kLayout = "aos", *kKernels = "record";
+    static constexpr int kMostThreads = 1;
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
+};
 
 std::ptrdiff_t signed_index(std::size_t i) {
     return static_cast<std::ptrdiff_t>(i);
@@ -16,12 +33,11 @@ std::ptrdiff_t signed_index(std::size_t i) {
 
 template <class T, class Layout>
 PackedNetworkBody<T, Layout>::PackedNetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(
-          std::min(useful_threads(options.threads, network.masses.size()), NetworkTiles<Layout>::kMostThreads))),
-      choice_{&kernels::kernel_table<T>(resolve(options.instruction_set)), options.accuracy,
-              network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)},
-      layout_(NetworkTiles<Layout>::layout(network, *choice_.table)), run_{0, 0, layout_.node_count},
-      critical_time_step_(network_critical_time_step(network)) {}
+    : Body<T>(Workers(std::min(useful_threads(options.threads, network.masses.size()), Facts<Layout>::kMostThreads))),
+      layout_(network), run_{0, 0, layout_.node_count},
+      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
+      accuracy_(options.accuracy), critical_time_step_(network_critical_time_step(network)) {}
 
 template <class T, class Layout>
 State<T> PackedNetworkBody<T, Layout>::make_state(bool moving) const {
@@ -49,12 +65,20 @@ void PackedNetworkBody<T, Layout>::clear_forces(State<T>& state) const {
 
 template <class T, class Layout>
 std::vector<Stage> PackedNetworkBody<T, Layout>::accumulate(const kernels::PackedNodes<T>& nodes) const {
+    const auto& kernels = Facts<Layout>::kernels(*table_);
+    const auto springs = kernels.springs[static_cast<int>(accuracy_)];
+    const auto cells = kernels.cells[static_cast<int>(volume_)];
     std::vector<Stage> stages;
     for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
         const std::size_t first = layout_.color_begin[color];
-        stages.push_back({layout_.color_begin[color + 1] - first, [=, this](std::size_t i, std::size_t) {
-                              NetworkTiles<Layout>::add_forces(layout_, choice_, layout_.tiles[first + i], nodes);
-                          }});
+        stages.push_back(
+            {layout_.color_begin[color + 1] - first, [=, this](std::size_t i, std::size_t) {
+                 const NetworkTile& tile = layout_.tiles[first + i];
+                 springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
+                 if (cells) {
+                     cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+                 }
+             }});
     }
     return stages;
 }
@@ -67,10 +91,17 @@ void PackedNetworkBody<T, Layout>::compute_forces(State<T>& state) const {
 
 template <class T, class Layout>
 PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
+    const auto& kernels = Facts<Layout>::kernels(*table_);
     const auto nodes = packed_nodes(state);
     std::vector<PotentialEnergy> energies(layout_.tiles.size());
     this->workers().run(layout_.tiles.size(), [&](std::size_t t, std::size_t) {
-        energies[t] = NetworkTiles<Layout>::energy(layout_, choice_, layout_.tiles[t], nodes);
+        const NetworkTile& tile = layout_.tiles[t];
+        energies[t].springs = kernels.spring_energy(layout_.springs.data(), nodes, signed_index(tile.spring_begin),
+                                                    signed_index(tile.spring_end));
+        if (const auto cell_energy = kernels.cell_energy[static_cast<int>(volume_)]) {
+            energies[t].volume =
+                cell_energy(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+        }
     });
     PotentialEnergy sum;
     for (const PotentialEnergy& e : energies) {
@@ -82,9 +113,9 @@ PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
 
 template <class T, class Layout>
 void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& parameters,
-                                        std::span<const PrescribedComponent<T>> prescribed, long count) const {
+                                        const NodeActions<T>& actions, long count) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
-    const auto integrate = NetworkTiles<Layout>::kernels(*choice_.table).integrate[is_driven(parameters)];
+    const auto integrate = Facts<Layout>::kernels(*table_).integrate[is_driven(parameters)];
     // The integrating kernel leaves the forces zero for the next step.
     clear_forces(state);
     const auto nodes = packed_nodes(state);
@@ -94,20 +125,20 @@ void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& p
                           integrate(nodes, constants, signed_index(piece * kPiece),
                                     signed_index(std::min((piece + 1) * kPiece, layout_.size())));
                       }});
-    stages.push_back(Body<T>::prescribed_stage(state, prescribed));
+    Body<T>::add_action_stages(state, parameters, actions, stages);
     this->workers().run(stages, count);
 }
 
 template <class T, class Layout>
 PlanDescription PackedNetworkBody<T, Layout>::describe() const {
     PlanDescription d;
-    const std::string prefix = NetworkTiles<Layout>::kKernels;
-    d.instruction_set = choice_.table->instruction_set;
-    d.layout = NetworkTiles<Layout>::kLayout;
-    d.kernel = prefix + "_springs<" + (choice_.accuracy == Accuracy::fast ? "fast" : "exact") + ">";
-    if (choice_.volume != kernels::Volume::none) {
-        d.kernel += " + " + prefix + "_cells<" +
-                    (choice_.volume == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
+    const std::string prefix = Facts<Layout>::kKernels;
+    d.instruction_set = table_->instruction_set;
+    d.layout = Facts<Layout>::kLayout;
+    d.kernel = prefix + "_springs<" + (accuracy_ == Accuracy::fast ? "fast" : "exact") + ">";
+    if (volume_ != kernels::Volume::none) {
+        d.kernel +=
+            " + " + prefix + "_cells<" + (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
     }
     d.precision = precision_name<T>();
     d.threads = this->workers().threads();

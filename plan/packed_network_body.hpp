@@ -1,6 +1,9 @@
 #pragma once
 
-#include "plan/network_tiles.hpp"
+#include "kernels/kernel_table.hpp"
+#include "layouts/array_of_structs.hpp"
+#include "layouts/packed_xyzw.hpp"
+#include "plan/body.hpp"
 
 namespace hybmss {
 
@@ -24,7 +27,7 @@ public:
     State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
-    void step(State<T>& state, const StepParameters& parameters, std::span<const PrescribedComponent<T>> prescribed,
+    void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
               long count) const override;
 
 private:
@@ -33,9 +36,11 @@ private:
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 
-    NetworkKernelChoice<T> choice_;
     Layout layout_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order
+    const kernels::KernelTable<T>* table_;
+    kernels::Volume volume_;
+    Accuracy accuracy_;
     double critical_time_step_;
 };
 

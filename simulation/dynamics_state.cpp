@@ -5,11 +5,12 @@
 namespace hybmss {
 namespace {
 
-template <class T>
-std::vector<Vector3> read(const ExplicitDynamics<T>& dynamics, void (ExplicitDynamics<T>::*get)(VectorField<T>) const) {
+/// What get(dynamics, field) writes.
+template <class T, template <class> class Dynamics, class Get>
+std::vector<Vector3> read(const Dynamics<T>& dynamics, const Get& get) {
     const std::size_t size = dynamics.node_count();
     std::vector<T> values(3 * size);
-    (dynamics.*get)(VectorField<T>::aos(values.data(), size));
+    get(dynamics, VectorField<T>::aos(values.data(), size));
     std::vector<Vector3> out(size);
     for (std::size_t n = 0; n < size; ++n) {
         for (std::size_t a = 0; a < 3; ++a) {
@@ -29,8 +30,8 @@ std::vector<T> interleaved(std::span<const Vector3> in) {
     return values;
 }
 
-template <class T>
-void write(ExplicitDynamics<T>& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {
+template <class T, template <class> class Dynamics>
+void write(Dynamics<T>& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {
     const std::vector<T> u = interleaved<T>(displacements), v = interleaved<T>(velocities);
     dynamics.set_displacements(VectorField<const T>::aos(u.data(), displacements.size()));
     dynamics.set_velocities(VectorField<const T>::aos(v.data(), velocities.size()));
@@ -38,27 +39,32 @@ void write(ExplicitDynamics<T>& dynamics, std::span<const Vector3> displacements
 
 } // namespace
 
-AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, const SimulationOptions& options) {
-    if (options.precision == Precision::float32) {
-        return ExplicitDynamics<float>(lattice, material, options.plan);
+AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
+                          const SimulationOptions& options) {
+    const bool single = options.precision == Precision::float32;
+    if (method == SolverMethod::symplectic_euler) {
+        return single ? AnyDynamics(ExplicitDynamics<float>(lattice, material, options.plan))
+                      : AnyDynamics(ExplicitDynamics<double>(lattice, material, options.plan));
     }
-    return ExplicitDynamics<double>(lattice, material, options.plan);
+    return single ? AnyDynamics(ImplicitDynamics<float>(lattice, material, options.plan))
+                  : AnyDynamics(ImplicitDynamics<double>(lattice, material, options.plan));
 }
 
 std::vector<Vector3> displacements_of(const AnyDynamics& dynamics) {
     return std::visit(
-        []<class T>(const ExplicitDynamics<T>& d) { return read(d, &ExplicitDynamics<T>::get_displacements); },
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_displacements(out); }); },
         dynamics);
 }
 
 std::vector<Vector3> velocities_of(const AnyDynamics& dynamics) {
     return std::visit(
-        []<class T>(const ExplicitDynamics<T>& d) { return read(d, &ExplicitDynamics<T>::get_velocities); }, dynamics);
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_velocities(out); }); },
+        dynamics);
 }
 
 std::vector<Vector3> forces_of(const AnyDynamics& dynamics) {
-    return std::visit([]<class T>(const ExplicitDynamics<T>& d) { return read(d, &ExplicitDynamics<T>::get_forces); },
-                      dynamics);
+    return std::visit(
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_forces(out); }); }, dynamics);
 }
 
 void set_state(AnyDynamics& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {

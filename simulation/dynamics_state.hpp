@@ -1,10 +1,11 @@
 #pragma once
 
 /// \file
-/// The explicit dynamics in either precision, seen in double.
+/// The dynamics of either kind and precision, seen in double.
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/simulation.hpp"
+#include "simulation/implicit_dynamics.hpp"
 #include "simulation/motion.hpp"
 
 #include <span>
@@ -13,9 +14,12 @@
 
 namespace hybmss {
 
-using AnyDynamics = std::variant<ExplicitDynamics<float>, ExplicitDynamics<double>>;
+using AnyDynamics =
+    std::variant<ExplicitDynamics<float>, ExplicitDynamics<double>, ImplicitDynamics<float>, ImplicitDynamics<double>>;
 
-AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, const SimulationOptions& options);
+/// Explicit for symplectic Euler, else implicit.
+AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
+                          const SimulationOptions& options);
 
 /// One vector a node: displacements (m), velocities (m/s), internal forces (N).
 std::vector<Vector3> displacements_of(const AnyDynamics& dynamics);

@@ -14,7 +14,7 @@ std::vector<Vector3> support_forces(const NodalForces& forces, std::span<const P
             if (held[i].axes >> a & 1) {
                 const double inertia =
                     accelerations[i][a] + forces.mass_damping * held[i].velocity[a] - forces.gravity[a];
-                support[n][a] = forces.masses[n] * inertia - forces.internal[n][a];
+                support[n][a] = forces.masses[n] * inertia - forces.internal[n][a] - forces.load(n, a);
             }
         }
     }
@@ -29,7 +29,7 @@ double relative_residual(const NodalForces& forces, std::span<const PrescribedNo
         const unsigned axes = is_held ? held[next].axes : 0u;
         next += is_held;
         for (std::size_t a = 0; a < 3; ++a) {
-            const double weight = forces.masses[n] * forces.gravity[a];
+            const double weight = forces.masses[n] * forces.gravity[a] + forces.load(n, a);
             const double sum = std::abs(forces.internal[n][a] + weight);
             double& largest = axes >> a & 1 ? scale : unbalanced;
             largest = std::max(largest, sum);

@@ -51,12 +51,23 @@ Ramp ramp(double time, double over) {
             60 * r * (1 - r) * (1 - 2 * r) / (over * over)};
 }
 
-Kinematics moved(const Move& move, const Vector3& rest, const Vector3& center, double time) {
-    const Ramp s = ramp(time, move.over);
+namespace {
+
+Kinematics moved_along(const Move& move, const Vector3& rest, const Vector3& center, const Ramp& s) {
     if (const Rotation* rotation = std::get_if<Rotation>(&move.motion)) {
         return rotated(*rotation, rest, center, s);
     }
     return translated(std::get<Vector3>(move.motion), s);
+}
+
+} // namespace
+
+Kinematics moved(const Move& move, const Vector3& rest, const Vector3& center, double time) {
+    return moved_along(move, rest, center, ramp(time, move.over));
+}
+
+Vector3 moved_part(const Move& move, const Vector3& rest, const Vector3& center, double fraction) {
+    return moved_along(move, rest, center, {fraction, 0, 0}).displacement;
 }
 
 } // namespace hybmss

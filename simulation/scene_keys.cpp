@@ -34,6 +34,12 @@ bool density(double v) {
 bool face_diagonal_ratio(double v) {
     return v >= 0 && v <= 1e6;
 }
+bool force(double v) {
+    return std::abs(v) <= 1e18;
+}
+bool load_steps(double v) {
+    return v >= 1 && v <= 1e6;
+}
 bool tolerance(double v) {
     return v > 0 && v <= 0.1;
 }
@@ -55,7 +61,8 @@ constexpr TableRule kTables[] = {
      "needs `translate` or `rotate`."},
     {"gravity", false, false, false, "A uniform acceleration."},
     {"damping", false, false, false, "What takes energy out."},
-    {"solver", true, false, false, "How the motion is computed, and when it ends."},
+    {"load", false, true, false, "A dead force on a region's nodes, in proportion to the cells that they touch."},
+    {"solver", true, false, false, "How the motion or the equilibrium is computed, and when it ends."},
     {"output", false, false, false, "What `--out` holds, besides the summary and the last state."},
     {"probe", false, true, false, "A region whose support force, torque and displacement are reported."},
     {"move.rotate", false, false, true, "The value of `rotate`."},
@@ -121,20 +128,40 @@ constexpr KeyRule kKeys[] = {
      number,
      not_negative},
 
-    {{"solver", "method", "string", "", "\"symplectic-euler\"", "\"symplectic-euler\"",
-      "semi-implicit Euler, explicit in time"},
+    {{"load", "where", "region", "", kRegionAllowed, "required", "the nodes loaded"}, region},
+    {{"load", "force", "3 numbers", "N", "three numbers, each at most 1e18 in size", "required",
+      "the force in all; it does not turn with the body"},
+     vector,
+     force},
+
+    {{"solver", "method", "string", "", "\"symplectic-euler\", \"backward-euler\" or \"static\"",
+      "\"symplectic-euler\"",
+      "semi-implicit Euler, explicit in time; backward Euler, stable at any step; or the equilibrium alone"},
      choice,
      nullptr,
-     "symplectic-euler"},
-    {{"solver", "time_step", "number", "s", "above 0 and at most the stable time step, which `hybmss explain` prints",
-      "0.7 of the stable one", "length of a step"},
+     "symplectic-euler backward-euler static"},
+    {{"solver", "time_step", "number", "s",
+      "above 0; for symplectic-euler at most the stable time step, which `hybmss explain` prints",
+      "0.7 of the stable one; 20 times that for backward-euler", "length of a step; not used by static"},
      number,
      positive},
-    {{"solver", "duration", "number", "s", "above 0", "required", "simulated time, at most"}, number, positive},
-    {{"solver", "tolerance", "number", "", "above 0 and at most 0.1", "none",
-      "given: the run ends as soon as the body has settled; see \"Settled\""},
+    {{"solver", "duration", "number", "s", "above 0", "none", "simulated time, at most; required unless static"},
+     number,
+     positive},
+    {{"solver", "tolerance", "number", "", "above 0 and at most 0.1", "none; static: 1e-8, float 1e-4",
+      "in time: given, the run ends as soon as the body has settled; see \"Settled\". Static: bound of the residual"},
      number,
      tolerance},
+    {{"solver", "load_steps", "integer", "", "an integer, at least 1 and at most 1e6", "1",
+      "static: the first load step is one part in so many of the loading; those after it grow while they find "
+      "equilibria"},
+     integer,
+     load_steps},
+    {{"solver", "preconditioner", "string", "", "\"automatic\", \"block-jacobi\" or \"multigrid\"", "\"automatic\"",
+      "of the linear solves in static and backward-euler"},
+     choice,
+     nullptr,
+     "automatic block-jacobi multigrid"},
 
     {{"output", "every", "number", "s", "above 0", "first and last state only", "time between results"},
      number,

@@ -66,11 +66,28 @@ void read_damping(Scene& scene, const SceneTable& table) {
     }
 }
 
+void read_load(Scene& scene, const SceneTable& table) {
+    scene.loads.push_back({table.region("where"), table.vector("force")});
+}
+
 void read_solver(Scene& scene, const SceneTable& table) {
     if (table.has("method")) {
-        table.choice("method"); // there is one method
+        const std::string word = table.choice("method");
+        scene.solver.method = word == "static"           ? SolverMethod::static_equilibrium
+                              : word == "backward-euler" ? SolverMethod::backward_euler
+                                                         : SolverMethod::symplectic_euler;
     }
-    scene.solver.duration = table.number("duration");
+    if (table.has("duration")) {
+        scene.solver.duration = table.number("duration");
+    } else if (scene.solver.method != SolverMethod::static_equilibrium) {
+        throw table.missing("duration");
+    }
+    if (table.has("load_steps")) {
+        scene.solver.load_steps = static_cast<int>(table.integer("load_steps"));
+    }
+    if (table.has("preconditioner")) {
+        scene.solver.preconditioner = parse_preconditioner(table.choice("preconditioner"));
+    }
     if (table.has("time_step")) {
         scene.solver.time_step = table.number("time_step");
     }
@@ -104,9 +121,9 @@ void read_probe(Scene& scene, const SceneTable& table) {
 
 void read_table(Scene& scene, std::string_view name, const SceneTable& table) {
     static const std::map<std::string_view, void (*)(Scene&, const SceneTable&)> readers = {
-        {"body", read_body},     {"material", read_material}, {"fix", read_fix},
-        {"move", read_move},     {"gravity", read_gravity},   {"damping", read_damping},
-        {"solver", read_solver}, {"output", read_output},     {"probe", read_probe},
+        {"body", read_body},       {"material", read_material}, {"fix", read_fix},   {"move", read_move},
+        {"gravity", read_gravity}, {"damping", read_damping},   {"load", read_load}, {"solver", read_solver},
+        {"output", read_output},   {"probe", read_probe},
     };
     readers.at(name)(scene, table);
 }

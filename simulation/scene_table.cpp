@@ -20,12 +20,9 @@ SceneTable::SceneTable(Scene& scene, const TomlText& text, const toml::table& va
         }
         scene_.source.entries[this->path(key.str())] = std::move(entry);
     }
-    const SceneSource::Entry start = text_.quote(values_.source());
     for (const KeyRule& rule : key_rules()) {
         if (rule.key.table == table_ && rule.required() && !has(rule.key.name)) {
-            scene_.source.entries[this->path(rule.key.name)] = {start.line, start.column, {}};
-            throw scene_error(scene_, this->path(rule.key.name),
-                              "missing; it must be " + std::string(rule.key.allowed));
+            throw missing(rule.key.name);
         }
     }
 }
@@ -36,6 +33,12 @@ const KeyRule& SceneTable::rule(std::string_view key) const {
         throw std::logic_error("the parser reads the key " + path(key) + ", which the table of keys does not have");
     }
     return *found;
+}
+
+SceneError SceneTable::missing(std::string_view key) const {
+    const SceneSource::Entry start = text_.quote(values_.source());
+    scene_.source.entries[path(key)] = {start.line, start.column, {}};
+    return scene_error(scene_, path(key), "missing; it must be " + std::string(rule(key).key.allowed));
 }
 
 SceneError SceneTable::not_allowed(std::string_view key) const {

@@ -42,7 +42,11 @@ std::size_t Simulation::moved_node_count() const {
     return implementation_->supports.moved_node_count();
 }
 void Simulation::step(long count) {
-    implementation_->step(count);
+    const std::string failure =
+        implementation_->is_static() ? implementation_->solve({}) : implementation_->step(count);
+    if (!failure.empty()) {
+        throw std::runtime_error(failure);
+    }
 }
 std::vector<Vector3> Simulation::displacements() const {
     return displacements_of(implementation_->dynamics);

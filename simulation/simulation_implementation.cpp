@@ -1,5 +1,7 @@
 #include "simulation/simulation_implementation.hpp"
 
+#include "plan/critical_time_step.hpp"
+#include "simulation/loads.hpp"
 #include "simulation/memory.hpp"
 
 #include <algorithm>
@@ -12,6 +14,8 @@ namespace {
 constexpr double kDefaultTolerance = 1e-4;
 // Stiffness grows where a body is compressed; the margin keeps the step stable there.
 constexpr double kTimeStepFraction = 0.7;
+// An implicit step may be any length; this one still follows the slow motions well.
+constexpr double kImplicitTimeSteps = 20;
 
 Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
     check_size(scene, options, available_bytes());
@@ -32,10 +36,17 @@ std::vector<ProbeNodes> make_probes(const Scene& scene, std::span<const Vector3>
 }
 
 double choose_time_step(const Scene& scene, double critical) {
-    const double step = scene.solver.time_step.value_or(kTimeStepFraction * critical);
-    if (step > critical) {
+    if (scene.solver.method == SolverMethod::static_equilibrium) {
+        return 0;
+    }
+    const bool explicit_in_time = scene.solver.method == SolverMethod::symplectic_euler;
+    const double step =
+        scene.solver.time_step.value_or((explicit_in_time ? 1 : kImplicitTimeSteps) * kTimeStepFraction * critical);
+    if (explicit_in_time && step > critical) {
         throw scene_error(scene, "solver.time_step",
-                          text("above the stable time step; it must be above 0 and at most %.6g s", critical));
+                          text("above the stable time step; it must be above 0 and at most %.6g s (method = "
+                               "\"backward-euler\" takes any)",
+                               critical));
     }
     if (scene.solver.duration / step > 1e15) {
         throw scene_error(
@@ -49,22 +60,38 @@ double choose_time_step(const Scene& scene, double critical) {
 
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
     : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)), rest(rest_positions(lattice)),
-      supports(scene, rest), probes(make_probes(scene, rest)),
-      dynamics(make_dynamics(lattice, scene.material, options)),
-      critical_time_step(std::visit([](const auto& d) { return d.critical_time_step(); }, dynamics)),
+      supports(scene, rest), probes(make_probes(scene, rest)), loads(nodal_loads(scene, lattice, rest)),
+      dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
+      critical_time_step(lattice_critical_time_step(lattice, scene.material)),
       time_step(choose_time_step(scene, critical_time_step)) {
+    apply_loads();
     prescribe();
 }
 
 void Simulation::Implementation::prescribe() {
-    const std::span<const PrescribedNode> nodes = supports.at(time());
-    std::visit([&](auto& d) { d.prescribe(nodes); }, dynamics);
+    const std::span<const PrescribedNode> nodes = is_static() ? supports.at_part(load_fraction) : supports.at(time());
+    on_explicit([&](auto& d) { d.prescribe(nodes); });
 }
 
-void Simulation::Implementation::step(long count) {
+void Simulation::Implementation::apply_loads() {
+    std::vector<NodalLoad> nodal;
+    for (std::size_t n = 0; n < loads.size(); ++n) {
+        nodal.push_back({static_cast<std::uint32_t>(n), loads[n]});
+    }
+    on_explicit([&](auto& d) { d.load(nodal); });
+}
+
+std::string Simulation::Implementation::step(long count) {
+    if (scene.solver.method == SolverMethod::backward_euler) {
+        std::string failure;
+        for (; count > 0 && failure.empty(); --count) {
+            failure = implicit_step();
+        }
+        return failure;
+    }
     const StepParameters parameters{time_step, scene.gravity.acceleration, scene.damping.mass};
     const auto advance = [&](long n) {
-        std::visit([&](auto& d) { d.step(parameters, n); }, dynamics);
+        on_explicit([&](auto& d) { d.step(parameters, n); });
         steps += n;
     };
     // Plates are set after each step, so that every force is taken with all nodes at the same time.
@@ -75,6 +102,7 @@ void Simulation::Implementation::step(long count) {
     if (count > 0) {
         advance(count);
     }
+    return "";
 }
 
 void Simulation::Implementation::restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
@@ -82,9 +110,10 @@ void Simulation::Implementation::restore(std::span<const Vector3> displacements,
     // The same plan: another measurement might choose another one, whose last bits differ.
     SimulationOptions same = options;
     same.plan = std::visit([](const auto& d) { return d.describe().choice; }, dynamics);
-    dynamics = make_dynamics(lattice, scene.material, same);
+    dynamics = make_dynamics(lattice, scene.material, scene.solver.method, same);
     set_state(dynamics, displacements, velocities);
     steps = at_step;
+    apply_loads();
     prescribe();
 }
 
@@ -93,7 +122,7 @@ std::span<const double> Simulation::Implementation::masses() const {
 }
 
 NodalForces Simulation::Implementation::nodal_forces(std::span<const Vector3> internal) const {
-    return {internal, masses(), scene.gravity.acceleration, scene.damping.mass};
+    return {internal, masses(), scene.gravity.acceleration, scene.damping.mass, loads};
 }
 
 double Simulation::Implementation::external_energy(std::span<const Vector3> displacements) const {
@@ -102,7 +131,9 @@ double Simulation::Implementation::external_energy(std::span<const Vector3> disp
     double sum = 0;
     for (std::size_t n = 0; n < displacements.size(); ++n) {
         const Vector3& u = displacements[n];
-        sum -= mass[n] * (g[0] * u[0] + g[1] * u[1] + g[2] * u[2]);
+        for (std::size_t a = 0; a < 3; ++a) {
+            sum -= (mass[n] * g[a] + (loads.empty() ? 0 : loads[n][a])) * u[a];
+        }
     }
     return sum;
 }
@@ -117,7 +148,7 @@ Energies Simulation::Implementation::energies() const {
             energies.kinetic = d.kinetic_energy();
         },
         dynamics);
-    if (scene.gravity.acceleration != Vector3{0, 0, 0}) {
+    if (scene.gravity.acceleration != Vector3{0, 0, 0} || !loads.empty()) {
         energies.external = external_energy(displacements_of(dynamics));
     }
     return energies;
@@ -129,6 +160,9 @@ double Simulation::Implementation::body_volume() const {
 }
 
 Settlement Simulation::Implementation::settlement(const Energies& energies) const {
+    if (is_static()) {
+        return {solved_residual, 0, solved};
+    }
     const double tolerance = scene.solver.tolerance.value_or(kDefaultTolerance);
     // The floors stand for a strain of 1e-9: a body deformed less counts as undeformed.
     const double E = scene.material.young_modulus, h = lattice.cell_size();

@@ -30,19 +30,47 @@ struct Simulation::Implementation {
     std::vector<Vector3> rest;
     Supports supports;
     std::vector<ProbeNodes> probes;
+    std::vector<Vector3> loads; ///< N, one a node; empty where the scene has none
     AnyDynamics dynamics;
     double critical_time_step;
-    double time_step;
+    double time_step; ///< 0 where there is no time
     long steps = 0;
+    double load_fraction = 0;   ///< static: how far the loading has been followed
+    double solved_residual = 0; ///< static: of the last solve
+    bool solved = false;
+    SolverWork work;
 
     Implementation(Scene given, const SimulationOptions& wanted);
 
-    double time() const { return static_cast<double>(steps) * time_step; }
-    bool moving() const { return time() < supports.end_of_motion(); }
+    bool is_static() const { return scene.solver.method == SolverMethod::static_equilibrium; }
+    double time() const { return is_static() ? load_fraction : static_cast<double>(steps) * time_step; }
+    bool moving() const { return is_static() ? load_fraction < 1 : time() < supports.end_of_motion(); }
     double body_volume() const;
 
+    /// action(dynamics) where they are explicit.
+    template <class Action>
+    void on_explicit(const Action& action) {
+        if (auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
+            action(*single);
+        } else if (auto* twice = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
+            action(*twice);
+        }
+    }
+    /// What action(dynamics) returns, where they are implicit.
+    template <class Action>
+    EquilibriumResult on_implicit(const Action& action) {
+        if (auto* single = std::get_if<ImplicitDynamics<float>>(&dynamics)) {
+            return action(*single);
+        }
+        return action(std::get<ImplicitDynamics<double>>(dynamics));
+    }
     void prescribe();
-    void step(long count);
+    void apply_loads();
+    /// Takes steps in time. Returns why an implicit one did not converge, with the state before it kept; or "".
+    std::string step(long count);
+    /// Goes to equilibrium under the whole loading.
+    /// Returns why there is none, with the last state on the way kept; or "".
+    std::string solve(const RunCallbacks& callbacks);
     /// Starts afresh from a known state: nothing of what the dynamics hold inside may outlive values that are not
     /// finite.
     void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities, long at_step);
@@ -53,8 +81,12 @@ struct Simulation::Implementation {
     /// energy at a stretch of about a hundred.
     std::string blow_up(const Energies& energies) const;
     std::vector<ProbeReading> read_probes() const;
+    Summary summary(std::string failure) const;
 
 private:
+    std::string implicit_step();
+    EquilibriumOptions equilibrium_options() const;
+    void add_work(const EquilibriumResult& result);
     NodalForces nodal_forces(std::span<const Vector3> internal) const;
     std::span<const double> masses() const;
     double external_energy(std::span<const Vector3> displacements) const;

@@ -7,28 +7,55 @@
 namespace hybmss {
 namespace {
 
-// A check costs about three steps, so that checks take some 6 % of a run.
-constexpr long kStepsBetweenChecks = 50;
+// A check costs about three explicit steps, so that checks take some 6 % of a run; an implicit step costs far more.
+long steps_between_checks(SolverMethod method) {
+    return method == SolverMethod::symplectic_euler ? 50 : 1;
+}
+
+class Stopwatch {
+public:
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 } // namespace
 
 Summary Simulation::run(const RunCallbacks& callbacks) {
+    const Stopwatch stopwatch;
     Implementation& body = *implementation_;
-    const auto start = std::chrono::steady_clock::now();
-    const auto elapsed = [&] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
-    // Up to rounding, a duration of n steps takes n steps.
-    const auto steps_until = [&](double t) {
-        return static_cast<long>(std::min(std::ceil(t / body.time_step * (1 - 1e-12)), 1e17));
-    };
     const auto write = [&] {
         if (callbacks.output) {
             callbacks.output();
         }
     };
+    std::string failure;
+    if (body.is_static()) {
+        write();
+        failure = body.solve(callbacks);
+        write();
+    } else {
+        failure = run_in_time(
+            callbacks, [&] { return stopwatch.seconds(); }, write);
+    }
+    Summary summary = body.summary(std::move(failure));
+    summary.volume = volume_change();
+    summary.plan = describe();
+    summary.wall_seconds = stopwatch.seconds();
+    return summary;
+}
+
+std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::function<double()>& elapsed,
+                                    const std::function<void()>& write) {
+    Implementation& body = *implementation_;
+    // Up to rounding, a duration of n steps takes n steps.
+    const auto steps_until = [&](double t) {
+        return static_cast<long>(std::min(std::ceil(t / body.time_step * (1 - 1e-12)), 1e17));
+    };
     const Solver& solver = body.scene.solver;
     const long total = std::max(steps_until(solver.duration), body.steps);
+    const long between_checks = steps_between_checks(solver.method);
 
     struct Good {
         std::vector<Vector3> displacements, velocities;
@@ -36,7 +63,7 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
     };
     const auto present = [&] { return Good{displacements(), velocities(), body.steps}; };
 
-    Summary summary;
+    std::string failure;
     Good good = present();
     long outputs = 1, written = body.steps;
     write();
@@ -45,10 +72,13 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
             body.scene.output.every
                 ? std::max(steps_until(static_cast<double>(outputs) * *body.scene.output.every), body.steps + 1)
                 : total;
-        body.step(std::min({total, next_output, body.steps + kStepsBetweenChecks}) - body.steps);
+        failure = body.step(std::min({total, next_output, body.steps + between_checks}) - body.steps);
+        if (!failure.empty()) {
+            break;
+        }
         const Energies energies = body.energies();
-        summary.failure = body.blow_up(energies);
-        if (!summary.failure.empty()) {
+        failure = body.blow_up(energies);
+        if (!failure.empty()) {
             body.restore(good.displacements, good.velocities, good.steps);
             break;
         }
@@ -56,7 +86,7 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
         const bool test = solver.tolerance && !body.moving();
         const Settlement settlement = test || callbacks.progress ? body.settlement(energies) : Settlement{};
         if (callbacks.progress) {
-            callbacks.progress({body.steps, total, body.time(), elapsed(), energies, settlement});
+            callbacks.progress({body.steps, total, body.time(), elapsed(), energies, settlement, {}});
         }
         if (body.steps >= next_output && body.scene.output.every) {
             write();
@@ -70,24 +100,27 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
     if (written != body.steps) {
         write();
     }
+    return failure;
+}
 
-    summary.energies = body.energies();
-    summary.settlement = body.settlement(summary.energies);
+Summary Simulation::Implementation::summary(std::string failure) const {
+    Summary summary;
+    summary.failure = std::move(failure);
+    summary.energies = energies();
+    summary.settlement = settlement(summary.energies);
     summary.converged = summary.settlement.settled && summary.failure.empty();
-    if (solver.tolerance && !summary.converged && summary.failure.empty()) {
+    if (!is_static() && scene.solver.tolerance && !summary.converged && summary.failure.empty()) {
         summary.failure =
             text("not settled after duration = %.6g s: residual %.3g, kinetic ratio %.3g, tolerance %.3g%s",
-                 solver.duration, summary.settlement.residual, summary.settlement.kinetic_ratio, *solver.tolerance,
-                 body.moving() ? "; a motion has not ended" : "");
+                 scene.solver.duration, summary.settlement.residual, summary.settlement.kinetic_ratio,
+                 *scene.solver.tolerance, moving() ? "; a motion has not ended" : "");
     }
-    summary.volume = volume_change();
-    summary.probes = body.read_probes();
-    summary.steps = body.steps;
-    summary.time = body.time();
-    summary.time_step = body.time_step;
-    summary.critical_time_step = body.critical_time_step;
-    summary.plan = describe();
-    summary.wall_seconds = elapsed();
+    summary.probes = read_probes();
+    summary.steps = steps;
+    summary.time = time();
+    summary.time_step = time_step;
+    summary.critical_time_step = critical_time_step;
+    summary.work = work;
     return summary;
 }
 

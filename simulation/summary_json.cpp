@@ -57,8 +57,9 @@ std::string summary_json(const Summary& summary) {
                                       {"max_displacement", probe.max_displacement}};
     }
     json["steps"] = summary.steps;
-    // An explicit method iterates nothing within a step.
-    json["iterations"] = 0;
+    json["iterations"] = summary.work.newton_iterations;
+    json["cg_iterations"] = summary.work.cg_iterations;
+    json["preconditioner"] = summary.work.preconditioner;
     json["residual"] = summary.settlement.residual;
     json["kinetic_ratio"] = summary.settlement.kinetic_ratio;
     json["time"] = summary.time;

@@ -82,7 +82,8 @@ Supports::Supports(const Scene& scene, std::span<const Vector3> rest) : moves_(s
     at(0);
 }
 
-std::span<const PrescribedNode> Supports::at(double time) {
+template <class KinematicsOf>
+std::span<const PrescribedNode> Supports::set(const KinematicsOf& kinematics) {
     for (std::size_t i = 0; i < present_.size(); ++i) {
         int last = Held::kFree;
         Kinematics k;
@@ -93,7 +94,7 @@ std::span<const PrescribedNode> Supports::at(double time) {
             }
             if (by != last) {
                 const auto m = static_cast<std::size_t>(by);
-                k = moved(moves_[m], held_rest_[i], centers_[m], time);
+                k = kinematics(moves_[m], held_rest_[i], centers_[m]);
                 last = by;
             }
             present_[i].displacement[a] = k.displacement[a];
@@ -102,6 +103,18 @@ std::span<const PrescribedNode> Supports::at(double time) {
         }
     }
     return present_;
+}
+
+std::span<const PrescribedNode> Supports::at(double time) {
+    return set([time](const Move& move, const Vector3& rest, const Vector3& center) {
+        return moved(move, rest, center, time);
+    });
+}
+
+std::span<const PrescribedNode> Supports::at_part(double fraction) {
+    return set([fraction](const Move& move, const Vector3& rest, const Vector3& center) {
+        return Kinematics{moved_part(move, rest, center, fraction), {}, {}};
+    });
 }
 
 } // namespace hybmss

@@ -26,6 +26,8 @@ public:
 
     /// The held nodes' state at `time`, ascending by node; each appears once. Valid until the next call.
     std::span<const PrescribedNode> at(double time);
+    /// The held nodes when the part `fraction` of every way is done, without velocity. Valid until the next call.
+    std::span<const PrescribedNode> at_part(double fraction);
     /// Accelerations at the time of the last at(), entry by entry.
     std::span<const Vector3> accelerations() const { return accelerations_; }
     std::span<const PrescribedNode> present() const { return present_; }
@@ -34,6 +36,10 @@ public:
     std::size_t moved_node_count() const { return moved_node_count_; }
 
 private:
+    /// Sets every held axis of every node to kinematics(move, rest position, center).
+    template <class KinematicsOf>
+    std::span<const PrescribedNode> set(const KinematicsOf& kinematics);
+
     /// Who holds each axis: move m as m, fix f as -1 - f, or nobody.
     struct Held {
         static constexpr int kFree = std::numeric_limits<int>::min();

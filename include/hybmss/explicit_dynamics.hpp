@@ -27,6 +27,12 @@ struct PrescribedNode {
     std::array<double, 3> velocity = {0, 0, 0};
 };
 
+/// A constant force on one node, N.
+struct NodalLoad {
+    std::uint32_t node = 0;
+    std::array<double, 3> force = {0, 0, 0};
+};
+
 /// Semi-implicit (symplectic) Euler: v <- (v + dt (f/m + g)) / (1 + dt c), then u <- u + dt v. T is float or double.
 ///
 /// Nodes are numbered as in the body. Not for concurrent use of one object. Results are bit-identical for any number of
@@ -44,6 +50,10 @@ public:
 
     /// Replaces the list of prescribed nodes; their state is set at once, and again after every step.
     void prescribe(std::span<const PrescribedNode> nodes);
+
+    /// Replaces the list of loads; several on one node add up. Throws std::invalid_argument for a node that does not
+    /// exist or a force that is not finite. Steps of a body without loads cost nothing for it.
+    void load(std::span<const NodalLoad> loads);
 
     /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, or a negative
     /// damping.

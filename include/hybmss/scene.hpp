@@ -4,6 +4,7 @@
 /// A scene: one body, what holds, moves and loads it, and how it is solved. Plain data; read from TOML or filled by
 /// hand.
 
+#include "hybmss/equilibrium.hpp"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
 
@@ -84,19 +85,37 @@ struct Damping {
     double mass = 0; ///< c in 1/s: the force -c m v on every node
 };
 
+/// A dead force that is spread over the nodes of a region in proportion to the cells that they touch: evenly over a
+/// face, whose corner nodes take a quarter.
+struct Load {
+    Region where;
+    std::array<double, 3> force = {0, 0, 0}; ///< N, in all
+};
+
 /// A named region whose support force and displacement are reported.
 struct Probe {
     std::string name;
     Region where;
 };
 
-enum class SolverMethod { symplectic_euler };
+enum class SolverMethod {
+    symplectic_euler,   ///< explicit in time: many small steps
+    backward_euler,     ///< implicit in time: stable at any step, with numerical damping
+    static_equilibrium, ///< no time at all: supports and loads at their final values
+};
+
+/// "symplectic-euler", "backward-euler" or "static".
+std::string_view name(SolverMethod method);
 
 struct Solver {
     SolverMethod method = SolverMethod::symplectic_euler;
-    std::optional<double> time_step; ///< s; by default a fraction of the stable one
-    double duration = 0;             ///< s, > 0
-    std::optional<double> tolerance; ///< relative; given: the run ends when the body has settled
+    std::optional<double> time_step; ///< s; by default chosen by the stable one. Static: not used
+    double duration = 0;             ///< s, > 0. Static: not used
+    /// Relative. In time, given: the run ends when the body has settled. Static: of the residual; by default 1e-8 in
+    /// double, 1e-4 in float.
+    std::optional<double> tolerance;
+    int load_steps = 1; ///< static: the first load step is one part in so many
+    PreconditionerKind preconditioner = PreconditionerKind::automatic; ///< static and backward Euler
 };
 
 struct Output {
@@ -120,6 +139,7 @@ struct Scene {
     std::vector<Move> moves;
     Gravity gravity;
     Damping damping;
+    std::vector<Load> loads;
     std::vector<Probe> probes;
     Solver solver;
     Output output;

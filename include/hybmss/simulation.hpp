@@ -9,6 +9,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -57,18 +58,26 @@ struct VolumeChange {
     double min_cell_volume_ratio = 1, max_cell_volume_ratio = 1;
 };
 
+/// What the implicit methods have done so far; all zero for an explicit one.
+struct SolverWork {
+    long newton_iterations = 0, cg_iterations = 0;
+    int load_steps = 0, failed_load_steps = 0; ///< static
+    std::string preconditioner;
+};
+
 struct Progress {
     long step = 0, steps = 0; ///< taken, and planned at most
     double time = 0;          ///< s
     double wall_seconds = 0;
     Energies energies;
     Settlement settlement;
+    std::optional<EquilibriumProgress> solve; ///< of a static solve: it knows nothing of the above but the wall time
 };
 
 /// What a run calls back; each may be empty.
 struct RunCallbacks {
-    std::function<void(const Progress&)> progress; ///< at every check of the state
-    std::function<void()> output;                  ///< at time 0, then every `output.every`, and at the end
+    std::function<void(const Progress&)> progress; ///< at every check of the state, or iteration of a static solve
+    std::function<void()> output; ///< at time 0, then every `output.every`, and at the end; static: start and end
 };
 
 /// What came of a run.
@@ -81,11 +90,12 @@ struct Summary {
     long steps = 0;
     double time = 0, time_step = 0, critical_time_step = 0; ///< s
     Settlement settlement;
+    SolverWork work;
     double wall_seconds = 0;
     PlanDescription plan;
 };
 
-/// One scene in the course of time. Not for concurrent use.
+/// One scene in the course of time, or at rest. Not for concurrent use.
 class Simulation {
 public:
     /// Checks everything that the parser cannot know (empty regions, contradictory supports, the stable time step,
@@ -99,19 +109,23 @@ public:
     const Lattice& lattice() const;
     std::size_t node_count() const;
     long steps() const;
+    /// s; of a static scene the part of its loading that has been followed, 0 to 1.
     double time() const;
-    double time_step() const;
+    double time_step() const; ///< s; 0 for a static scene
+    /// Of semi-implicit Euler, s: a guaranteed lower bound of the largest stable step near rest.
     double critical_time_step() const;
     PlanDescription describe() const;
     /// Nodes held along at least one axis: by fixes, and by moves.
     std::size_t fixed_node_count() const;
     std::size_t moved_node_count() const;
 
-    /// Takes `count` steps, whatever the duration says.
+    /// Takes `count` steps, whatever the duration says; a static scene goes to its equilibrium. Throws
+    /// std::runtime_error where an implicit step or the solve does not converge.
     void step(long count = 1);
 
-    /// Runs to the duration, or until settled where the scene gives a tolerance. Stops at a state that is not finite,
-    /// with the last good state restored and Summary::failure set.
+    /// Runs to the duration, or until settled where the scene gives a tolerance; a static scene to equilibrium. Stops
+    /// at a state that is not finite, with the last good state restored and Summary::failure set; likewise where an
+    /// implicit step or a solve does not converge, with the state that it had.
     Summary run(const RunCallbacks& callbacks = {});
 
     /// One vector a node, in the body's node order; m and m/s.
@@ -124,6 +138,10 @@ public:
     Settlement settlement() const;
 
 private:
+    /// Returns why the run stopped early, or "".
+    std::string run_in_time(const RunCallbacks& callbacks, const std::function<double()>& elapsed,
+                            const std::function<void()>& write);
+
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };

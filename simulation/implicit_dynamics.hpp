@@ -1,0 +1,52 @@
+#pragma once
+
+#include "hybmss/equilibrium.hpp"
+
+#include <span>
+#include <vector>
+
+namespace hybmss {
+
+/// The implicit twin of ExplicitDynamics: a body that moves by backward Euler steps, or goes to equilibrium.
+///
+/// Nodes are numbered as in the body. Not for concurrent use. The body starts at rest: u = v = 0.
+template <class T>
+class ImplicitDynamics {
+public:
+    ImplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options);
+
+    std::size_t node_count() const { return solver_.node_count(); }
+
+    /// One backward Euler step to the state that the loading holds. Where it does not converge, the state stays.
+    EquilibriumResult step(const Loading& loading, double time_step, double mass_damping,
+                           const EquilibriumOptions& options);
+    /// Follows a path of loadings from the fraction 0 to equilibrium at 1; the velocity becomes zero.
+    EquilibriumResult follow(const std::function<Loading(double fraction)>& path, const EquilibriumOptions& options);
+
+    void get_displacements(VectorField<T> out) const;
+    void get_velocities(VectorField<T> out) const;
+    void set_displacements(VectorField<const T> in);
+    void set_velocities(VectorField<const T> in);
+    /// Sets (not adds) the internal forces, N, at the present displacements.
+    void get_forces(VectorField<T> out) const;
+    std::span<const double> masses() const { return solver_.masses(); }
+
+    PotentialEnergy potential_energy() const;
+    double kinetic_energy() const;
+    PlanDescription describe() const { return solver_.describe(); }
+
+private:
+    using Field = std::vector<T>; ///< x y z a node
+    VectorField<T> view(Field& field) const { return VectorField<T>::aos(field.data(), node_count()); }
+    VectorField<const T> view(const Field& field) const {
+        return VectorField<const T>::aos(field.data(), node_count());
+    }
+
+    mutable EquilibriumSolver<T> solver_; ///< has scratch of its own
+    Field displacement_, velocity_;
+};
+
+extern template class ImplicitDynamics<float>;
+extern template class ImplicitDynamics<double>;
+
+} // namespace hybmss
