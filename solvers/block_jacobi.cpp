@@ -1,31 +1,10 @@
 #include "solvers/block_jacobi.hpp"
 
-#include <Eigen/Dense>
+#include "solvers/bounded_inverse.hpp"
 
 #include <algorithm>
 
 namespace hybmss {
-namespace {
-
-/// The inverse on the free axes, zero on the held ones; eigenvalues bounded below by a small part of the largest.
-Symmetric3<double> bounded_inverse(const Symmetric3<double>& block, unsigned held) {
-    constexpr double kSmallest = 1e-6;
-    Eigen::Matrix3d matrix;
-    matrix << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
-    Eigen::Vector3d free(held & 1 ? 0 : 1, held & 2 ? 0 : 1, held & 4 ? 0 : 1);
-    matrix = free.asDiagonal() * matrix * free.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix);
-    const double largest = solver.eigenvalues()[2];
-    const Eigen::Vector3d values =
-        largest > 0 ? solver.eigenvalues().cwiseMax(kSmallest * largest) : Eigen::Vector3d(1, 1, 1);
-    Eigen::Matrix3d inverse =
-        solver.eigenvectors() * values.cwiseInverse().asDiagonal() * solver.eigenvectors().transpose();
-    inverse = free.asDiagonal() * inverse * free.asDiagonal();
-    return {inverse(0, 0), inverse(0, 1), inverse(0, 2), inverse(1, 1), inverse(1, 2), inverse(2, 2)};
-}
-
-} // namespace
-
 template <class T>
 void BlockJacobi<T>::update(const Potential<T>& potential) {
     potential_ = &potential;
@@ -45,7 +24,7 @@ void BlockJacobi<T>::update(const Potential<T>& potential) {
                 blocks_[n][diagonal] += pull[n];
             }
         }
-        const Symmetric3<double> inverse = bounded_inverse(blocks_[n], potential.held()[n]);
+        const Symmetric3<double> inverse = bounded_inverse(blocks_[n], potential.held()[n], 1e-6, 1);
         const std::size_t place = body.index_of(n);
         for (std::size_t e = 0; e < 6; ++e) {
             inverse_[e][place] = static_cast<T>(inverse[e]);

@@ -3,8 +3,10 @@
 #include "plan/planned_body.hpp"
 #include "solvers/block_jacobi.hpp"
 #include "solvers/load_stepping.hpp"
+#include "solvers/multigrid.hpp"
 
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -91,10 +93,16 @@ struct EquilibriumSolver<T>::Implementation {
         potential.load(loading.forces, loading.acceleration);
     }
     Preconditioner<T>& choose(PreconditionerKind kind) {
-        if (kind == PreconditionerKind::multigrid) {
-            throw std::invalid_argument("preconditioner \"multigrid\" is not available for this body");
+        if (kind != PreconditionerKind::multigrid) {
+            return block_jacobi;
         }
-        return block_jacobi;
+        if (!lattice) {
+            throw std::invalid_argument("preconditioner \"multigrid\" is for lattices: this body is a network");
+        }
+        if (!multigrid) {
+            multigrid = std::make_unique<Multigrid<T>>(*body, lattice->first, lattice->second);
+        }
+        return *multigrid;
     }
     EquilibriumResult follow(const std::function<void(double)>& prescribe, VectorField<T> displacement,
                              const EquilibriumOptions& options) {
@@ -112,6 +120,8 @@ struct EquilibriumSolver<T>::Implementation {
     LoadStepping<T> stepping;
     TrustRegion<T> minimiser;
     BlockJacobi<T> block_jacobi;
+    std::optional<std::pair<Lattice, Material>> lattice; ///< where the body is one
+    std::unique_ptr<Multigrid<T>> multigrid;             ///< made when it is first asked for
     std::vector<T> target;
 };
 
@@ -119,7 +129,9 @@ template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Lattice& lattice, const Material& material, const PlanOptions& options)
     : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::forces),
                                                        Network::from_lattice(lattice, material),
-                                                       SolidCells::of(lattice))) {}
+                                                       SolidCells::of(lattice))) {
+    implementation_->lattice.emplace(lattice, material);
+}
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Network& network, const PlanOptions& options)
     : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces), network,

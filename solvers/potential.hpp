@@ -73,7 +73,13 @@ public:
     /// The derivatives with respect to the free components; zero elsewhere.
     Balance gradient(State<T>& state, NodeVector<T>& gradient) const;
 
-    void linearise(const State<T>& state) { tangent_.linearise(state); }
+    /// Takes second derivatives at `state`, which must stay as it is while they are used.
+    void linearise(State<T>& state) {
+        linearised_ = &state;
+        tangent_.linearise(state);
+    }
+    /// The displacements of the last linearisation.
+    const NodeField<T>& displacement() const { return linearised_->displacement; }
     /// out = second derivatives times p at the last linearisation; zero on held components, where p need not be.
     void multiply(const NodeVector<T>& p, NodeVector<T>& out) const;
     const Tangent<T>& tangent() const { return tangent_; }
@@ -101,6 +107,7 @@ private:
     NodeVector<T> free_, load_, pull_target_, pull_weight_;
     std::vector<std::uint8_t> held_;
     std::vector<Held> prescribed_;
+    State<T>* linearised_ = nullptr;
     std::size_t free_count_ = 0;
     bool loaded_ = false;
     double pull_strength_ = 0;

@@ -1,30 +1,13 @@
 #include "solvers/tangent.hpp"
 
 #include "layouts/rest_shape.hpp"
+#include "solvers/volume_derivatives.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace hybmss {
 namespace {
-
-/// phi'(J) and phi''(J) at J = 1 + j; see VolumeEnergy.
-struct VolumeDerivatives {
-    double first, second;
-};
-VolumeDerivatives volume_derivatives(VolumeEnergy energy, double j) {
-    if (energy == VolumeEnergy::quadratic) {
-        return {j, 1};
-    }
-    if (energy != VolumeEnergy::mean_stretch) {
-        return {0, 0};
-    }
-    if (j < -7.0 / 8.0) {
-        return {-6, 0};
-    }
-    const double stretch = std::expm1(std::log1p(j) / 3), c = 1 + stretch, c2 = c * c;
-    return {3 * stretch / c2, (1 - stretch) / (c2 * c2 * c)};
-}
 
 double side(std::size_t corner, std::size_t axis) {
     return corner >> axis & 1 ? 1.0 : -1.0;

@@ -10,6 +10,9 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// An unloaded body is at rest when this part of the first unbalanced force, times the tolerance, is left.
 constexpr double kStartPart = 1e-3;
+/// How far along a negative curvature a component goes at first, by the length of a spring: far enough to leave a
+/// saddle, not so far as to turn cells inside out.
+constexpr double kFirstStep = 0.1;
 constexpr double kAccept = 1e-4, kPoor = 0.25, kGood = 0.75;
 
 template <class T>
@@ -43,14 +46,14 @@ long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& precond
     const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
     potential.impose(state);
     const double energy = potential.value(state).total;
-    const bool inverted = potential.volume_ratios(state).min <= 0;
+    const double worst_cell = potential.volume_ratios(state).min;
     const FieldView<T> u{state.displacement};
     MutableFieldView<T> mutable_u{state.displacement};
     space_->copy(u, before_);
     move(*space_, step_, state);
-    // Far from where it was drawn, a tangent may lead astray. Less energy is no proof of the contrary where the
-    // supports alone have turned cells inside out: those may have no energy at all.
-    const bool better = potential.value(state).total <= energy || (inverted && potential.volume_ratios(state).min > 0);
+    // Far from where it was drawn, a tangent may lead astray. More energy is no proof of that where the supports alone
+    // have crushed cells or turned them inside out: such cells may have no energy at all.
+    const bool better = potential.value(state).total <= energy || potential.volume_ratios(state).min > worst_cell;
     if (!better) {
         space_->copy(before_, mutable_u);
     }
@@ -106,7 +109,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const CgLimits limits{.relative_residual = std::max(forcing, std::min(enough, 0.1)),
                               .radius = radius,
                               .iterations = 5000,
-                              .length = potential.length()};
+                              .length = kFirstStep * potential.length()};
         const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
         result.cg_iterations += cg.iterations;
         result.negative_curvatures += cg.negative_curvature;

@@ -1,0 +1,140 @@
+#include "solvers/cell_stiffness.hpp"
+
+#include "solvers/volume_derivatives.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace hybmss {
+namespace {
+
+double side(unsigned corner, unsigned axis) {
+    return corner >> axis & 1u ? 1.0 : -1.0;
+}
+
+void cross(const double* a, const double* b, double* out) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/// v . M v
+double quadratic_form(const CellMatrix& matrix, const double (&v)[8][3]) {
+    double sum = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b < 8; ++b) {
+            for (std::size_t i = 0; i < 9; ++i) {
+                sum += v[a][i / 3] * v[b][i % 3] * static_cast<double>(matrix.block[a][b][i]);
+            }
+        }
+    }
+    return sum;
+}
+
+} // namespace
+
+CellStiffness::CellStiffness(const Material& material, double h)
+    : kappa_(volume_modulus(material) * h * h), volume_energy_(resolved_volume_energy(material)) {
+    const SpringConstants k = spring_constants(material, h);
+    share_[0] = 0;
+    share_[1] = k.edge / 4 * h;
+    share_[2] = k.face_diagonal / 2 * h;
+    share_[3] = k.cube_diagonal * h;
+}
+
+// k [t+ I + min(1 - t, 1) n n^T],  t = 1 - l/|d|
+void CellStiffness::add_springs(const double (&u)[8][3], double scale, CellMatrix& matrix) const {
+    for (unsigned a = 0; a < 8; ++a) {
+        for (unsigned b = a + 1; b < 8; ++b) {
+            const auto axes = static_cast<std::size_t>(std::popcount(a ^ b));
+            if (share_[axes] == 0) {
+                continue;
+            }
+            double d[3], square = 0;
+            for (unsigned c = 0; c < 3; ++c) {
+                d[c] = 0.5 * (side(b, c) - side(a, c)) + u[b][c] - u[a][c];
+                square += d[c] * d[c];
+            }
+            square = std::max(square, 1e-6);
+            const double length = std::sqrt(square), t = 1 - std::sqrt(static_cast<double>(axes)) / length;
+            const double k = scale * share_[axes], across = k * std::max(t, 0.0),
+                         along = k * std::min(1 - t, 1.0) / square;
+            for (std::size_t i = 0; i < 3; ++i) {
+                for (std::size_t j = 0; j < 3; ++j) {
+                    const auto entry = static_cast<float>(along * d[i] * d[j] + (i == j ? across : 0));
+                    matrix.block[a][a][3 * i + j] += entry;
+                    matrix.block[b][b][3 * i + j] += entry;
+                    matrix.block[a][b][3 * i + j] -= entry;
+                    matrix.block[b][a][3 * i + j] -= entry;
+                }
+            }
+        }
+    }
+}
+
+void CellStiffness::springs_at_rest(CellMatrix& matrix) const {
+    matrix = {};
+    add_springs({}, 1, matrix);
+}
+
+void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrix& matrix, CellShape& shape) const {
+    matrix = {};
+    add_springs(u, scale, matrix);
+    double edges[9]; // a, b, c
+    for (unsigned e = 0; e < 3; ++e) {
+        for (unsigned c = 0; c < 3; ++c) {
+            double change = 0;
+            for (unsigned corner = 0; corner < 8; ++corner) {
+                change += side(corner, e) / 4 * u[corner][c];
+            }
+            edges[3 * e + c] = change + (e == c ? 1 : 0);
+            shape.gradient[3 * c + e] = static_cast<float>(edges[3 * e + c]);
+        }
+    }
+    double area[9];
+    for (std::size_t e = 0; e < 3; ++e) {
+        cross(edges + 3 * ((e + 1) % 3), edges + 3 * ((e + 2) % 3), area + 3 * e);
+    }
+    for (std::size_t e = 0; e < 9; ++e) {
+        shape.area[e] = static_cast<float>(area[e]);
+    }
+    shape.volume_stiffness = 0;
+    if (volume_energy_ == VolumeEnergy::none || kappa_ == 0) {
+        return;
+    }
+    const double volume = edges[0] * area[0] + edges[1] * area[1] + edges[2] * area[2];
+    double stiffness = scale * kappa_ * volume_derivatives(volume_energy_, volume - 1).second;
+    double g[8][3];
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        for (unsigned c = 0; c < 3; ++c) {
+            g[corner][c] =
+                (side(corner, 0) * area[c] + side(corner, 1) * area[3 + c] + side(corner, 2) * area[6 + c]) / 4;
+        }
+    }
+    if (stiffness < 0) {
+        // K - c g g^T is positive semidefinite up to c = 1 / (g . K^+ g); with the dilation v, K v is along g at rest,
+        // and the bound is v . K v / (g . v)^2.
+        double v[8][3], along = 0;
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            for (unsigned c = 0; c < 3; ++c) {
+                v[corner][c] = 0.5 * (side(corner, 0) * edges[c] + side(corner, 1) * edges[3 + c] +
+                                      side(corner, 2) * edges[6 + c]);
+                along += g[corner][c] * v[corner][c];
+            }
+        }
+        constexpr double kMargin = 0.9;
+        const double bound = along * along > 1e-6 ? kMargin * quadratic_form(matrix, v) / (along * along) : 0;
+        stiffness = std::max(stiffness, -bound);
+    }
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b < 8; ++b) {
+            for (std::size_t i = 0; i < 9; ++i) {
+                matrix.block[a][b][i] += static_cast<float>(stiffness * g[a][i / 3] * g[b][i % 3]);
+            }
+        }
+    }
+    shape.volume_stiffness = static_cast<float>(stiffness);
+}
+
+} // namespace hybmss

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+
+#include <array>
+
+namespace hybmss {
+
+/// A symmetric matrix over the 24 displacement components of a cell: entry (i, j) of the 3x3 block of the corners a, b
+/// is block[a][b][3 i + j].
+struct CellMatrix {
+    float block[8][8][9];
+};
+
+/// What the preconditioners need of a lattice cell besides its matrix.
+struct CellShape {
+    float gradient[9];      ///< F = d x / d X at the centre by rows
+    float area[9];          ///< dV'/da, dV'/db, dV'/dc: b x c, c x a, a x b, of the cell with edges of length 1
+    float volume_stiffness; ///< c in the volume's part c g g^T of the matrix, g = dV'/dx; may be below 0
+};
+
+/// Second derivatives of the energy of single lattice cells with their shares of the springs, made positive
+/// semidefinite: springs under compression without their negative part, cells without what is not convex in the volume.
+///
+/// Lengths are in units of the cell's edge and stiffnesses in N, those of a cell of scale 1.
+class CellStiffness {
+public:
+    CellStiffness(const Material& material, double cell_size);
+
+    /// At the displacements of the corners, in units of the edge.
+    void evaluate(const double (&displacement)[8][3], double scale, CellMatrix& matrix, CellShape& shape) const;
+    /// The springs' part at rest.
+    void springs_at_rest(CellMatrix& matrix) const;
+
+private:
+    void add_springs(const double (&displacement)[8][3], double scale, CellMatrix& matrix) const;
+
+    double share_[4]; ///< k h of a cell's share of a spring, by the number of axes along which its ends differ
+    double kappa_;    ///< kappa h^2
+    VolumeEnergy volume_energy_;
+};
+
+} // namespace hybmss

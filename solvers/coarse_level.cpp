@@ -1,0 +1,265 @@
+#include "solvers/coarse_level.hpp"
+
+#include "solvers/bounded_inverse.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss {
+namespace {
+
+/// The neighbour b of a in a cell, as one of 27: 0 is (-1, -1, -1), 13 the node itself.
+std::size_t neighbour(std::size_t a, std::size_t b) {
+    const auto step = [&](std::size_t axis) { return 1 + (b >> axis & 1) - (a >> axis & 1); };
+    return step(0) + 3 * (step(1) + 3 * step(2));
+}
+
+float sign(std::size_t corner, std::size_t axis) {
+    return corner >> axis & 1 ? 1.0f : -1.0f;
+}
+
+} // namespace
+
+CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Workers& workers)
+    : right_side(grid), solution(grid), rest(grid), grid_(grid), workers_(&workers),
+      stencil_(243 * grid.size()), vectors_{GridVector(grid), GridVector(grid), GridVector(grid)} {
+    for (auto& entries : inverse_) {
+        entries.assign(grid.size(), 0.0f);
+    }
+    if (rotations) {
+        rotations_.emplace(grid);
+    }
+}
+
+void CoarseLevel::assemble(std::span<const CellMatrix> cells) {
+    const std::size_t size = grid_.size();
+    std::fill(stencil_.begin(), stencil_.end(), 0.0f);
+    const auto row = static_cast<std::size_t>(grid_.cells[0]);
+    const auto layer = [&](std::size_t k) {
+        std::size_t n = k * row * static_cast<std::size_t>(grid_.cells[1]);
+        const int z = static_cast<int>(k);
+        for_each_place({0, 0, z}, {grid_.cells[0] - 1, grid_.cells[1] - 1, z}, [&](int i, int j, int) {
+            const CellMatrix& cell = cells[n++];
+            const std::size_t low = grid_.index(i, j, z);
+            for (std::size_t a = 0; a < 8; ++a) {
+                const std::size_t node = low + grid_.corner_offset(a);
+                for (std::size_t b = 0; b < 8; ++b) {
+                    float* to = stencil_.data() + 9 * neighbour(a, b) * size + node;
+                    for (std::size_t e = 0; e < 9; ++e) {
+                        to[e * size] += cell.block[a][b][e];
+                    }
+                }
+            }
+        });
+    };
+    const auto layers = static_cast<std::size_t>(grid_.cells[2]);
+    for (std::size_t parity = 0; parity < 2; ++parity) {
+        run((layers + 1 - parity) / 2, [&](std::size_t piece) { layer(2 * piece + parity); });
+    }
+    invert_diagonal();
+    if (rotations_) {
+        rotations_->spread();
+        invert_rotations();
+    }
+}
+
+void CoarseLevel::invert_diagonal() {
+    const std::size_t size = grid_.size();
+    run(static_cast<std::size_t>(grid_.cells[2] + 1), [&](std::size_t k) {
+        const int z = static_cast<int>(k);
+        for_each_place({0, 0, z}, {grid_.cells[0], grid_.cells[1], z}, [&](int i, int j, int) {
+            const std::size_t node = grid_.index(i, j, z);
+            const auto entry = [&](std::size_t e) { return static_cast<double>(stencil_[(9 * 13 + e) * size + node]); };
+            const auto inverse =
+                bounded_inverse({entry(0), entry(1), entry(2), entry(4), entry(5), entry(8)}, 0, 1e-5, 0);
+            for (std::size_t e = 0; e < 6; ++e) {
+                inverse_[e][node] = static_cast<float>(inverse[e]);
+            }
+        });
+    });
+}
+
+// C^T K C = sum over corners a, b of [s_a]^T F^T K_ab F [s_b],  [s] w = w x s
+void CoarseLevel::invert_rotations() {
+    const std::size_t size = grid_.size();
+    const auto& gradient = rotations_->gradient();
+    const auto layers = static_cast<std::size_t>(grid_.cells[2] + 2);
+    run(layers, [&](std::size_t layer) {
+        const int k = static_cast<int>(layer) - 1;
+        for_each_place({-1, -1, k}, {grid_.cells[0], grid_.cells[1], k}, [&](int i, int j, int) {
+            const std::size_t cell = grid_.index(i, j, k);
+            Eigen::Matrix3f F;
+            for (int e = 0; e < 9; ++e) {
+                F(e / 3, e % 3) = gradient[static_cast<std::size_t>(e)][cell];
+            }
+            Eigen::Matrix3f turns[8];
+            for (std::size_t a = 0; a < 8; ++a) {
+                // Columns e_i x s
+                const float x = sign(a, 0), y = sign(a, 1), z = sign(a, 2);
+                Eigen::Matrix3f turn;
+                turn << 0, z, -y, -z, 0, x, y, -x, 0;
+                turns[a] = F * turn;
+            }
+            Eigen::Matrix3f stiffness = Eigen::Matrix3f::Zero();
+            for (std::size_t a = 0; a < 8; ++a) {
+                const std::size_t node = cell + grid_.corner_offset(a);
+                Eigen::Matrix3f force = Eigen::Matrix3f::Zero();
+                for (std::size_t b = 0; b < 8; ++b) {
+                    const float* from = stencil_.data() + 9 * neighbour(a, b) * size + node;
+                    Eigen::Matrix3f block;
+                    for (int e = 0; e < 9; ++e) {
+                        block(e / 3, e % 3) = from[static_cast<std::size_t>(e) * size];
+                    }
+                    force += block * turns[b];
+                }
+                stiffness += turns[a].transpose() * force;
+            }
+            const auto entry = [&](int r, int c) { return static_cast<double>(stiffness(r, c)); };
+            const auto inverse = bounded_pseudoinverse(
+                {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)}, 1e-4);
+            for (std::size_t e = 0; e < 6; ++e) {
+                rotations_->inverse()[e][cell] = static_cast<float>(inverse[e]);
+            }
+        });
+    });
+}
+
+void CoarseLevel::multiply(const GridVector& p, GridVector& out) {
+    const std::size_t size = grid_.size();
+    run(static_cast<std::size_t>(grid_.cells[2] + 1), [&](std::size_t k) {
+        const int z = static_cast<int>(k);
+        const std::size_t first = grid_.index(0, 0, z);
+        const std::size_t length = grid_.index(grid_.cells[0], grid_.cells[1], z) - first + 1;
+        float* to[3];
+        for (std::size_t c = 0; c < 3; ++c) {
+            to[c] = out.c[c].data() + first;
+            std::fill_n(to[c], length, 0.0f);
+        }
+        for (std::size_t s = 0; s < 27; ++s) {
+            const std::size_t at =
+                first + (s % 3) + grid_.row() * (s / 3 % 3) + grid_.plane() * (s / 9) - 1 - grid_.row() - grid_.plane();
+            const float *x = p.c[0].data() + at, *y = p.c[1].data() + at, *w = p.c[2].data() + at;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const float* k0 = stencil_.data() + (9 * s + 3 * c) * size + first;
+                const float *k1 = k0 + size, *k2 = k1 + size;
+                float* sum = to[c];
+                for (std::size_t n = 0; n < length; ++n) {
+                    sum[n] += k0[n] * x[n] + k1[n] * y[n] + k2[n] * w[n];
+                }
+            }
+        }
+    });
+}
+
+void CoarseLevel::precondition(const GridVector& r, GridVector& z) {
+    run(static_cast<std::size_t>(grid_.cells[2] + 3), [&](std::size_t k) {
+        for (std::size_t n = k * grid_.plane(); n < (k + 1) * grid_.plane(); ++n) {
+            const float x = r.c[0][n], y = r.c[1][n], w = r.c[2][n];
+            z.c[0][n] = inverse_[0][n] * x + inverse_[1][n] * y + inverse_[2][n] * w;
+            z.c[1][n] = inverse_[1][n] * x + inverse_[3][n] * y + inverse_[4][n] * w;
+            z.c[2][n] = inverse_[2][n] * x + inverse_[4][n] * y + inverse_[5][n] * w;
+        }
+    });
+    if (rotations_) {
+        rotations_->add_correction(r, z, *workers_);
+    }
+}
+
+void CoarseLevel::estimate_spectrum() {
+    GridVector &x = vectors_.direction, &y = vectors_.residual;
+    unsigned state = 1;
+    for_each_place({0, 0, 0}, grid_.cells, [&](int i, int j, int k) {
+        for (auto& array : x.c) {
+            state = state * 1664525u + 1013904223u;
+            array[grid_.index(i, j, k)] = static_cast<float>(state >> 8) / 8388608.0f - 1.0f;
+        }
+    });
+    double size = 0;
+    const auto norm = [&](const GridVector& v) {
+        double sum = 0;
+        for (const auto& array : v.c) {
+            for (float value : array) {
+                sum += static_cast<double>(value) * static_cast<double>(value);
+            }
+        }
+        return std::sqrt(sum);
+    };
+    double before = norm(x);
+    for (int iteration = 0; iteration < 8 && before > 0; ++iteration) {
+        multiply(x, y);
+        precondition(y, x);
+        const double after = norm(x);
+        size = after / before;
+        const auto scale = static_cast<float>(after > 0 ? 1 / after : 0);
+        for_each([scale](float& value) { value *= scale; }, x);
+        before = after > 0 ? 1 : 0;
+    }
+    highest_ = size > 0 ? 1.15 * size : 1;
+}
+
+void CoarseLevel::smooth(bool from_zero, const GridVector& b, GridVector& x, int degree, double low_part) {
+    chebyshev(*this, {degree, low_part * highest_, highest_}, from_zero, b, x, vectors_);
+}
+
+void CoarseLevel::residual(const GridVector& b, const GridVector& x, GridVector& r) {
+    multiply(x, r);
+    for_each([](const float& from, float& to) { to = from - to; }, b, r);
+}
+
+struct DirectLevel::Factors {
+    Eigen::MatrixXd matrix;
+    Eigen::LLT<Eigen::MatrixXd> decomposition;
+    Eigen::VectorXd values;
+};
+
+DirectLevel::DirectLevel(const PaddedGrid& grid)
+    : right_side(grid), solution(grid), grid_(grid), factors_(std::make_unique<Factors>()) {
+    const auto size = static_cast<Eigen::Index>(3 * grid.node_count());
+    factors_->matrix.resize(size, size);
+    factors_->values.resize(size);
+}
+DirectLevel::~DirectLevel() = default;
+
+void DirectLevel::assemble(std::span<const CellMatrix> cells) {
+    Eigen::MatrixXd& matrix = factors_->matrix;
+    matrix.setZero();
+    const Eigen::Index row = grid_.cells[0] + 1, plane = row * (grid_.cells[1] + 1);
+    std::size_t n = 0;
+    for_each_place({0, 0, 0}, {grid_.cells[0] - 1, grid_.cells[1] - 1, grid_.cells[2] - 1}, [&](int i, int j, int k) {
+        const CellMatrix& cell = cells[n++];
+        const auto first = [&](int corner) {
+            return 3 * (i + (corner & 1) + row * (j + (corner >> 1 & 1)) + plane * (k + (corner >> 2)));
+        };
+        for (int a = 0; a < 8; ++a) {
+            for (int b = 0; b < 8; ++b) {
+                for (int e = 0; e < 9; ++e) {
+                    matrix(first(a) + e / 3, first(b) + e % 3) += static_cast<double>(cell.block[a][b][e]);
+                }
+            }
+        }
+    });
+    // Rigid motions that nothing holds, and nodes that no free node depends on, would be singular.
+    constexpr double kShift = 1e-6;
+    for (Eigen::Index d = 0; d < matrix.rows(); ++d) {
+        matrix(d, d) = matrix(d, d) > 0 ? (1 + kShift) * matrix(d, d) : 1;
+    }
+    factors_->decomposition.compute(matrix);
+}
+
+void DirectLevel::solve(const GridVector& b, GridVector& x) {
+    Eigen::Index d = 0;
+    for_each_place({0, 0, 0}, grid_.cells, [&](int i, int j, int k) {
+        for (const auto& array : b.c) {
+            factors_->values[d++] = static_cast<double>(array[grid_.index(i, j, k)]);
+        }
+    });
+    factors_->decomposition.solveInPlace(factors_->values);
+    d = 0;
+    for_each_place({0, 0, 0}, grid_.cells, [&](int i, int j, int k) {
+        for (auto& array : x.c) {
+            array[grid_.index(i, j, k)] = static_cast<float>(factors_->values[d++]);
+        }
+    });
+}
+
+} // namespace hybmss

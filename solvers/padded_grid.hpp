@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace hybmss {
+
+/// The nodes of a grid of cells with a layer of nodes around them that belongs to nobody, x fastest, then y, then z: so
+/// every node has all its neighbours, and a loop over neighbours needs no bounds. Nodes and cells count from -1; a cell
+/// has the index of its low corner.
+struct PaddedGrid {
+    std::array<int, 3> cells;
+
+    std::size_t row() const { return static_cast<std::size_t>(cells[0] + 3); }
+    std::size_t plane() const { return row() * static_cast<std::size_t>(cells[1] + 3); }
+    std::size_t size() const { return plane() * static_cast<std::size_t>(cells[2] + 3); }
+    std::size_t index(int i, int j, int k) const {
+        return static_cast<std::size_t>(i + 1) + row() * static_cast<std::size_t>(j + 1) +
+               plane() * static_cast<std::size_t>(k + 1);
+    }
+    std::size_t corner_offset(std::size_t corner) const {
+        return (corner & 1) + (corner >> 1 & 1 ? row() : 0) + (corner >> 2 ? plane() : 0);
+    }
+    std::size_t node_count() const {
+        return static_cast<std::size_t>(cells[0] + 1) * static_cast<std::size_t>(cells[1] + 1) *
+               static_cast<std::size_t>(cells[2] + 1);
+    }
+};
+
+/// Three values a node of a padded grid; zero where there is no node.
+struct GridVector {
+    explicit GridVector(const PaddedGrid& grid)
+        : c{std::vector<float>(grid.size()), std::vector<float>(grid.size()), std::vector<float>(grid.size())} {}
+    std::array<std::vector<float>, 3> c;
+
+    void clear() {
+        for (auto& array : c) {
+            array.assign(array.size(), 0.0f);
+        }
+    }
+};
+
+/// visit(i, j, k) in index order, both ends included.
+template <class Visit>
+void for_each_place(const std::array<int, 3>& first, const std::array<int, 3>& last, const Visit& visit) {
+    for (int k = first[2]; k <= last[2]; ++k) {
+        for (int j = first[1]; j <= last[1]; ++j) {
+            for (int i = first[0]; i <= last[0]; ++i) {
+                visit(i, j, k);
+            }
+        }
+    }
+}
+
+} // namespace hybmss

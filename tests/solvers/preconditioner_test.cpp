@@ -1,0 +1,138 @@
+// Iterations of conjugate gradients for a random load on a clamped cube, and that multigrid copes with any body.
+#include "clamped_cube.hpp"
+#include "plan/body.hpp"
+#include "solvers/block_jacobi.hpp"
+#include "solvers/conjugate_gradients.hpp"
+#include "solvers/multigrid.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace hybmss::testing {
+namespace {
+
+template <class T>
+struct Linear {
+    Linear(const Lattice& given, const Material& m, const std::string& layout = "")
+        : lattice(given), material(m), body(make_body<T>(lattice, material, {.layout = layout})),
+          potential(*body, Network::from_lattice(lattice, material), SolidCells::of(lattice)),
+          state(body->make_state(false)), gradient(potential.space().make()), step(potential.space().make()) {}
+
+    /// CG iterations for random forces on the free components.
+    int iterations(Preconditioner<T>& preconditioner, unsigned seed = 3) {
+        std::mt19937 engine(seed);
+        std::uniform_real_distribution<double> draw(-1, 1);
+        std::vector<Vector> forces(body->node_count());
+        for (auto& f : forces) {
+            f = {draw(engine), draw(engine), draw(engine)};
+        }
+        potential.load(forces, {0, 0, 0});
+        potential.gradient(state, gradient);
+        potential.linearise(state);
+        preconditioner.update(potential);
+        ConjugateGradients<T> cg(potential.space());
+        const CgResult result =
+            cg.solve(potential, preconditioner, gradient, {.relative_residual = 1e-8, .iterations = 3000}, step);
+        EXPECT_EQ(result.end, CgEnd::converged);
+        return result.iterations;
+    }
+
+    Lattice lattice;
+    Material material;
+    std::unique_ptr<Body<T>> body;
+    Potential<T> potential;
+    State<T> state;
+    NodeVector<T> gradient, step;
+};
+
+int multigrid_iterations(const Lattice& lattice, double poisson_ratio) {
+    Linear<double> linear(lattice, {.poisson_ratio = poisson_ratio});
+    linear.potential.prescribe(plates(lattice, translated({0, 0, 0})).supports);
+    Multigrid<double> multigrid(*linear.body, lattice, linear.material);
+    return linear.iterations(multigrid);
+}
+
+/// Block Jacobi takes 62, 121 and (nu = 0.499) 580, 1533.
+TEST(Preconditioners, MultigridDoesNotSeeTheMesh) {
+    EXPECT_LE(multigrid_iterations(Lattice::box(8, 8, 8, 0.5), 0.25), 8);
+    EXPECT_LE(multigrid_iterations(Lattice::box(16, 16, 16, 0.5), 0.25), 8);
+    EXPECT_LE(multigrid_iterations(Lattice::box(13, 17, 11, 0.5), 0.25), 9);
+    EXPECT_LE(multigrid_iterations(Lattice::box(8, 8, 8, 0.5), 0), 8);
+    EXPECT_LE(multigrid_iterations(Lattice::box(8, 8, 8, 0.5), 0.499), 15);
+    EXPECT_LE(multigrid_iterations(Lattice::box(16, 16, 16, 0.5), 0.499), 20);
+}
+
+/// Holes, corners that touch, odd sizes, stiffness contrasts and rods, by lattice and by network layout.
+TEST(Preconditioners, MultigridSolvesAnyLattice) {
+    std::mt19937 engine(11);
+    std::uniform_real_distribution<double> draw(0, 1);
+    for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, std::array{1, 1, 9}, std::array{9, 1, 1}, std::array{1, 7, 2},
+                                     std::array{5, 6, 7}, std::array{8, 3, 11}}) {
+        for (double nu : {-0.5, 0.25, 0.49}) {
+            for (const char* layout : {"", "network"}) {
+                std::vector<float> scales(static_cast<std::size_t>(nx * ny * nz), 1.0f);
+                if (scales.size() > 100) {
+                    for (float& scale : scales) {
+                        scale = draw(engine) < 0.2 ? 0.0f : static_cast<float>(std::pow(10.0, draw(engine) - 0.5));
+                    }
+                }
+                const Lattice lattice = Lattice::from_cells(nx, ny, nz, 0.5, scales);
+                SCOPED_TRACE(::testing::Message() << nx << "x" << ny << "x" << nz << ", nu " << nu << " " << layout);
+                Linear<double> linear(lattice, {.poisson_ratio = nu}, layout);
+                // The low end of x held along all axes, the high end along y alone.
+                const auto rest = rest_positions(lattice);
+                std::vector<PrescribedNode> held;
+                for (std::size_t n = 0; n < rest.size(); ++n) {
+                    if (rest[n][0] == 0 || rest[n][0] == nx * 0.5) {
+                        held.push_back({static_cast<std::uint32_t>(n), std::uint8_t(rest[n][0] == 0 ? 7 : 2), {}, {}});
+                    }
+                }
+                linear.potential.prescribe(held);
+                Multigrid<double> multigrid(*linear.body, lattice, linear.material);
+                const int iterations = linear.iterations(multigrid);
+                BlockJacobi<double> jacobi;
+                EXPECT_LE(iterations, std::max(12, linear.iterations(jacobi) / 2));
+            }
+        }
+    }
+}
+
+template <class T>
+EquilibriumResult compress(PreconditionerKind kind, double nu, double tolerance) {
+    constexpr int n = 6;
+    const Lattice lattice = Lattice::box(n, n, n, 0.5);
+    EquilibriumSolver<T> solver(lattice, {.poisson_ratio = nu});
+    std::vector<std::array<T, 3>> u(solver.node_count());
+    EquilibriumOptions options;
+    options.preconditioner = kind;
+    options.tolerance = tolerance;
+    const auto result = solver.solve(plates(lattice, translated({0, -0.15 * n * 0.5, 0})),
+                                     VectorField<T>::aos(u[0].data(), u.size()), options);
+    EXPECT_EQ(result.status, EquilibriumStatus::converged) << result.message;
+    EXPECT_EQ(result.preconditioner, name(kind));
+    return result;
+}
+
+/// Under compression the second derivatives are no longer those at rest; both find one minimum.
+TEST(Preconditioners, BothFindTheSameEquilibrium) {
+    for (double nu : {0.0, 0.25, 0.49}) {
+        const auto jacobi = compress<double>(PreconditionerKind::block_jacobi, nu, 1e-8);
+        const auto multigrid = compress<double>(PreconditionerKind::multigrid, nu, 1e-8);
+        EXPECT_NEAR(multigrid.potential, jacobi.potential, 1e-9 * jacobi.potential);
+        EXPECT_LT(3 * multigrid.cg_iterations, jacobi.cg_iterations);
+        compress<float>(PreconditionerKind::multigrid, nu, 1e-4);
+    }
+}
+
+TEST(Preconditioners, MultigridIsForLattices) {
+    EquilibriumSolver<double> solver(Network::from_lattice(Lattice::box(1, 1, 1, 0.5), {}));
+    std::vector<std::array<double, 3>> u(solver.node_count());
+    EquilibriumOptions options;
+    options.preconditioner = PreconditionerKind::multigrid;
+    EXPECT_THROW(solver.solve(Loading{}, VectorField<double>::aos(u[0].data(), u.size()), options),
+                 std::invalid_argument);
+}
+
+} // namespace
+} // namespace hybmss::testing
