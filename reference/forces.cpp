@@ -89,6 +89,39 @@ std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d
     return product;
 }
 
+std::vector<double> hessian_product_scale(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p) {
+    std::vector<double> scale(body.rest.size(), 0.0);
+    for (const Spring& s : body.springs) {
+        const double magnitude = spring_product_scale(s.stiffness, s.rest_vector, relative(s, u), relative(s, p));
+        scale[index(s.a)] += magnitude;
+        scale[index(s.b)] += magnitude;
+    }
+    for (const Cell& cell : body.cells) {
+        const double magnitude = cell_product_scale(body.volume_energy, cell, gather(cell, u), gather(cell, p));
+        for (int node : cell.nodes) {
+            scale[index(node)] += magnitude;
+        }
+    }
+    return scale;
+}
+
+std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3d> u) {
+    std::vector<Matrix3d> blocks(body.rest.size(), Matrix3d::Zero());
+    for (const Spring& s : body.springs) {
+        const Matrix3d block = spring_hessian(s.stiffness, s.rest_vector, relative(s, u));
+        blocks[index(s.a)] += block;
+        blocks[index(s.b)] += block;
+    }
+    for (const Cell& cell : body.cells) {
+        const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
+        for (std::size_t c = 0; c < 8; ++c) {
+            blocks[index(cell.nodes[c])] +=
+                block.block<3, 3>(static_cast<Eigen::Index>(3 * c), static_cast<Eigen::Index>(3 * c));
+        }
+    }
+    return blocks;
+}
+
 Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> u) {
     std::vector<Eigen::Triplet<double>> entries;
     const auto add = [&](int row_node, int column_node, const Matrix3d& block) {

@@ -31,6 +31,12 @@ std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u);
 /// K p with K = d^2 W / du^2, N for p in m.
 std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p);
 
+/// For each node the scale, N, of the rounding errors of a computed K p, like force_scale.
+std::vector<double> hessian_product_scale(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p);
+
+/// The 3x3 blocks on K's diagonal, N/m, one a node.
+std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3d> u);
+
 /// K itself, N/m; row and column 3 node + axis.
 Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> u);
 

@@ -51,4 +51,14 @@ double spring_force_scale(double stiffness, const Vector3d& rest_vector, const V
     return stiffness * (q / length + std::abs(relative_elongation(rest_vector, du)) * du.norm());
 }
 
+// k |dp| ( |t| + y + 3 y |du|/|d| + 3/2 y^3 (2 |du| l + |du|^2) / l^2 ),  y = 1 - t = l/|d|: H's own two terms; the
+// turn and the change of length of d, by which (1 - t) n n^T changes three times over; and the rounding of |d|^2/l^2 -
+// 1, whose change dt = y^3/2 ds enters there too.
+double spring_product_scale(double stiffness, const Vector3d& rest_vector, const Vector3d& du, const Vector3d& dp) {
+    const double l = rest_vector.norm(), size = du.norm(), d = bounded_length(rest_vector + du, l);
+    const double t = relative_elongation(rest_vector, du), y = 1 - t;
+    return stiffness * dp.norm() *
+           (std::abs(t) + y + 3 * y * size / d + 1.5 * y * y * y * (2 * l * size + size * size) / (l * l));
+}
+
 } // namespace hybmss::reference

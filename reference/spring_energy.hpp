@@ -24,4 +24,8 @@ Matrix3d spring_hessian(double stiffness, const Vector3d& rest_vector, const Vec
 /// a computed force are a small multiple of epsilon of this.
 double spring_force_scale(double stiffness, const Vector3d& rest_vector, const Vector3d& du);
 
+/// The same for H (p_b - p_a), H the second derivative: what rounding du and d once changes it by is a small multiple
+/// of epsilon of this. `dp` is p_b - p_a.
+double spring_product_scale(double stiffness, const Vector3d& rest_vector, const Vector3d& du, const Vector3d& dp);
+
 } // namespace hybmss::reference

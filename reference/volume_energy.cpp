@@ -24,6 +24,47 @@ bool is_crushed(double j) {
     return j < -7.0 / 8.0;
 }
 
+/// What the scales of rounding errors are made of: sizes without the cancellation inside them.
+struct Magnitudes {
+    double j;        ///< J - 1
+    double j_terms;  ///< j* below
+    Vector3d length; ///< of a, b, c
+};
+
+/// The mean of the absolute changes of four parallel edges, columns as in mean_edges.
+Matrix3d mean_edge_sizes(const Corners& u) {
+    Matrix3d size = Matrix3d::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t low = 0; low < 8; ++low) {
+            const std::size_t high = low | std::size_t{1} << axis;
+            size.col(static_cast<Eigen::Index>(axis)) += (u[high] - u[low]).cwiseAbs() / 4;
+        }
+    }
+    return size;
+}
+
+// V0 j* = |da|.|b x c| + |db|.|c x a0| + |dc|.|a0 x b0|, component by component: j* is J - 1 without the cancellation
+// inside and between its terms, |da| the mean of the absolute changes of the four edges. An edge that collapses keeps
+// the size of its change, which it is rounded by.
+Magnitudes magnitudes(const Cell& cell, const Corners& u) {
+    const Matrix3d change = mean_edges(u), size = mean_edge_sizes(u), edges = cell.rest_edges + change;
+    const Vector3d a0 = cell.rest_edges.col(0), b0 = cell.rest_edges.col(1), b = edges.col(1), c = edges.col(2);
+    Magnitudes m;
+    m.j = volume_ratio_change(cell.rest_edges, change);
+    m.j_terms = (size.col(0).dot(b.cross(c).cwiseAbs()) + size.col(1).dot(c.cross(a0).cwiseAbs()) +
+                 size.col(2).dot(a0.cross(b0).cwiseAbs())) /
+                volume(cell.rest_edges);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        m.length[axis] = std::max(edges.col(axis).norm(), size.col(axis).norm());
+    }
+    return m;
+}
+
+/// sqrt(|b|^2 |c|^2 + |c|^2 |a|^2 + |a|^2 |b|^2) / 4: the size of a gradient of V'.
+double gradient_size(const Vector3d& length) {
+    return Vector3d(length[1] * length[2], length[2] * length[0], length[0] * length[1]).norm() / 4;
+}
+
 } // namespace
 
 // quadratic:     phi = 1/2 (J - 1)^2                                       (5.1)
@@ -79,6 +120,16 @@ double phi_second_derivative(VolumeEnergy energy, double j) {
     default:
         return 0;
     }
+}
+
+// quadratic:     phi''' = 0
+// mean stretch:  phi''' = (4 c - 10) / (3 c^8);  below J = 1/8: 0
+double phi_third_derivative(VolumeEnergy energy, double j) {
+    if (energy != VolumeEnergy::mean_stretch || is_crushed(j)) {
+        return 0;
+    }
+    const double c = std::cbrt(1 + j);
+    return (4 * c - 10) / (3 * std::pow(c, 8));
 }
 
 // (5.14)  a = 1/4 sum over corners of +-x, + on the high side of x, - on the low side; b and c likewise in y and z
@@ -168,30 +219,31 @@ Matrix24d cell_hessian(VolumeEnergy energy, const Cell& cell, const Corners& u) 
            (curvature * g * g.transpose() + phi_derivative(energy, j) * volume_hessian(cell.rest_edges + change));
 }
 
-// |kappa| (|phi'| + |phi''| j*) sqrt(|b|^2 |c|^2 + |c|^2 |a|^2 + |a|^2 |b|^2) / 4,  V0 j* = |da|.|b x c| + |db|.|c x
-// a0| + |dc|.|a0 x b0|, component by component: j* is J - 1 without the cancellation inside and between its terms, |da|
-// the mean of the absolute changes of the four edges. An edge that collapses keeps the size of its change, which it is
-// rounded by.
+// |kappa| (|phi'| + |phi''| j*) |grad V'|
 double cell_force_scale(VolumeEnergy energy, const Cell& cell, const Corners& u) {
-    const Matrix3d change = mean_edges(u);
-    Matrix3d size = Matrix3d::Zero();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t low = 0; low < 8; ++low) {
-            const std::size_t high = low | std::size_t{1} << axis;
-            size.col(static_cast<Eigen::Index>(axis)) += (u[high] - u[low]).cwiseAbs() / 4;
-        }
-    }
-    const Matrix3d edges = cell.rest_edges + change;
-    const Vector3d a0 = cell.rest_edges.col(0), b0 = cell.rest_edges.col(1), b = edges.col(1), c = edges.col(2);
-    const double j_terms = (size.col(0).dot(b.cross(c).cwiseAbs()) + size.col(1).dot(c.cross(a0).cwiseAbs()) +
-                            size.col(2).dot(a0.cross(b0).cwiseAbs())) /
-                           volume(cell.rest_edges);
-    const auto length = [&](Eigen::Index axis) { return std::max(edges.col(axis).norm(), size.col(axis).norm()); };
-    const Vector3d areas(length(1) * length(2), length(2) * length(0), length(0) * length(1));
-    const double j = volume_ratio_change(cell.rest_edges, change);
+    const Magnitudes m = magnitudes(cell, u);
     return std::abs(cell.kappa) *
-           (std::abs(phi_derivative(energy, j)) + std::abs(phi_second_derivative(energy, j)) * j_terms) * areas.norm() /
-           4;
+           (std::abs(phi_derivative(energy, m.j)) + std::abs(phi_second_derivative(energy, m.j)) * m.j_terms) *
+           gradient_size(m.length);
+}
+
+// |kappa| [ (|phi''| + |phi'''| j*) dV*/V0 |grad V'| + (|phi'| + |phi''| j*) dg* ],  dV* = |pa| |b| |c| + ...,
+// dg* = (|pb| |c| + |b| |pc| + ...) / 4 with pa, pb, pc the changes of the edges by p
+double cell_product_scale(VolumeEnergy energy, const Cell& cell, const Corners& u, const Corners& p) {
+    const Magnitudes m = magnitudes(cell, u);
+    const Matrix3d edge_sizes = mean_edge_sizes(p);
+    double volume_change = 0, gradient_change = 0;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const double size = edge_sizes.col(axis).norm();
+        const double one = m.length[(axis + 1) % 3], other = m.length[(axis + 2) % 3];
+        volume_change += size * one * other;
+        gradient_change += size * (one + other) / 4;
+    }
+    const double slope = std::abs(phi_derivative(energy, m.j));
+    const double curvature = std::abs(phi_second_derivative(energy, m.j));
+    const double along = curvature + std::abs(phi_third_derivative(energy, m.j)) * m.j_terms;
+    return std::abs(cell.kappa) * (along * volume_change / volume(cell.rest_edges) * gradient_size(m.length) +
+                                   (slope + curvature * m.j_terms) * gradient_change);
 }
 
 } // namespace hybmss::reference

@@ -14,10 +14,11 @@ namespace hybmss::reference {
 using Corners = std::array<Vector3d, 8>;
 using Matrix24d = Eigen::Matrix<double, 24, 24>;
 
-/// phi(J), phi'(J), phi''(J) at J = 1 + j. `energy` is quadratic or mean_stretch (`none` gives zero).
+/// phi(J) and its first three derivatives at J = 1 + j. `energy` is quadratic or mean_stretch (`none` gives zero).
 double phi(VolumeEnergy energy, double j);
 double phi_derivative(VolumeEnergy energy, double j);
 double phi_second_derivative(VolumeEnergy energy, double j);
+double phi_third_derivative(VolumeEnergy energy, double j);
 
 /// (5.14): columns a, b, c, each the mean of four parallel edges. Linear: displacements give the edges' change.
 Matrix3d mean_edges(const Corners& corners);
@@ -45,5 +46,8 @@ Matrix24d cell_hessian(VolumeEnergy energy, const Cell& cell, const Corners& u);
 
 /// The magnitude of a corner's force, N, with the terms that may cancel inside it taken by their absolute values.
 double cell_force_scale(VolumeEnergy energy, const Cell& cell, const Corners& u);
+
+/// The same for the product of cell_hessian and the corners' p, N.
+double cell_product_scale(VolumeEnergy energy, const Cell& cell, const Corners& u, const Corners& p);
 
 } // namespace hybmss::reference

@@ -106,7 +106,7 @@ TEST(Derivatives, HessianIsMinusTheDerivativeOfTheForce) {
     });
 }
 
-TEST(Derivatives, HessianProductIsTheHessianTimesTheDirection) {
+TEST(Derivatives, HessianProductAndDiagonalAreTheHessians) {
     for_each_case(2300, [](Case& c) {
         Random random(9);
         const std::vector<Vector3d> p = random_displacement(c.u.size(), 1, random);
@@ -115,10 +115,14 @@ TEST(Derivatives, HessianProductIsTheHessianTimesTheDirection) {
         for (std::size_t n = 0; n < p.size(); ++n) {
             direction.segment<3>(static_cast<Eigen::Index>(3 * n)) = p[n];
         }
-        const Eigen::VectorXd expected = reference::hessian(c.body, c.u) * direction;
+        const Eigen::MatrixXd hessian = reference::hessian(c.body, c.u);
+        const Eigen::VectorXd expected = hessian * direction;
+        const std::vector<Matrix3d> blocks = reference::hessian_diagonal(c.body, c.u);
         for (std::size_t n = 0; n < p.size(); ++n) {
             ASSERT_LE((product[n] - expected.segment<3>(static_cast<Eigen::Index>(3 * n))).norm(),
                       1e-13 * expected.cwiseAbs().maxCoeff());
+            const auto row = static_cast<Eigen::Index>(3 * n);
+            ASSERT_LE((blocks[n] - hessian.block<3, 3>(row, row)).norm(), 1e-13 * hessian.cwiseAbs().maxCoeff());
         }
     });
 }

@@ -42,6 +42,8 @@ TEST(VolumeEnergy, DerivativesOfPhi) {
                         1e-9 * (1 + std::abs(first)));
             EXPECT_NEAR(central_difference([&](double x) { return phi_derivative(energy, x); }, j, step), second,
                         1e-9 * (1 + std::abs(second)));
+            EXPECT_NEAR(central_difference([&](double x) { return phi_second_derivative(energy, x); }, j, step),
+                        phi_third_derivative(energy, j), 1e-8 * (1 + std::abs(second)));
         }
         EXPECT_DOUBLE_EQ(phi_second_derivative(energy, 0), 1); // the small-strain moduli
         EXPECT_EQ(phi_derivative(energy, 0), 0);
