@@ -10,6 +10,14 @@ namespace hybmss::kernels {
     namespace set {                                                                                                    \
     extern const LatticeKernels<float> kLatticeFloat;                                                                  \
     extern const LatticeKernels<double> kLatticeDouble;                                                                \
+    extern const LatticeHessianKernels<float> kLatticeHessianFloat;                                                    \
+    extern const LatticeHessianKernels<double> kLatticeHessianDouble;                                                  \
+    extern const PackedHessianKernels<float> kPackedHessianFloat;                                                      \
+    extern const PackedHessianKernels<double> kPackedHessianDouble;                                                    \
+    extern const RecordHessianKernels<float> kRecordsHessianFloat;                                                     \
+    extern const RecordHessianKernels<double> kRecordsHessianDouble;                                                   \
+    extern const SoaHessianKernels<float> kSoaHessianFloat;                                                            \
+    extern const SoaHessianKernels<double> kSoaHessianDouble;                                                          \
     extern const SoaKernels<float> kSoaFloat;                                                                          \
     extern const SoaKernels<double> kSoaDouble;                                                                        \
     extern const PackedKernels<float> kPackedFloat;                                                                    \

@@ -21,11 +21,20 @@ struct Entry {
 
 // The tables of an instruction set for both precisions.
 #define HYBMSS_TABLES(set)                                                                                             \
-    {InstructionSet::set, &kernels::set::kLatticeFloat, &kernels::set::kSoaFloat, &kernels::set::kPackedFloat,         \
-     &kernels::set::kRecordsFloat},                                                                                    \
+    {InstructionSet::set,                                                                                              \
+     &kernels::set::kLatticeFloat,                                                                                     \
+     &kernels::set::kLatticeHessianFloat,                                                                              \
+     &kernels::set::kSoaFloat,                                                                                         \
+     &kernels::set::kPackedFloat,                                                                                      \
+     &kernels::set::kRecordsFloat,                                                                                     \
+     &kernels::set::kSoaHessianFloat,                                                                                  \
+     &kernels::set::kPackedHessianFloat,                                                                               \
+     &kernels::set::kRecordsHessianFloat},                                                                             \
     {                                                                                                                  \
-        InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kSoaDouble, &kernels::set::kPackedDouble,   \
-            &kernels::set::kRecordsDouble                                                                              \
+        InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kLatticeHessianDouble,                      \
+            &kernels::set::kSoaDouble, &kernels::set::kPackedDouble, &kernels::set::kRecordsDouble,                    \
+            &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,                                     \
+            &kernels::set::kRecordsHessianDouble                                                                       \
     }
 
 // Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence

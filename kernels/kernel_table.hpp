@@ -3,6 +3,7 @@
 // One table of kernels for each instruction set and precision; a plan takes its kernels from it once.
 
 #include "hybmss/instruction_set.hpp"
+#include "kernels/hessian_kernels.hpp"
 #include "kernels/lattice_kernels.hpp"
 #include "kernels/network_kernels.hpp"
 
@@ -13,9 +14,13 @@ template <class T>
 struct KernelTable {
     InstructionSet instruction_set;
     const LatticeKernels<T>* lattice;
+    const LatticeHessianKernels<T>* lattice_hessian;
     const SoaKernels<T>* soa;
     const PackedKernels<T>* packed;
     const RecordKernels<T>* records;
+    const SoaHessianKernels<T>* soa_hessian;
+    const PackedHessianKernels<T>* packed_hessian;
+    const RecordHessianKernels<T>* records_hessian;
 };
 
 /// The table of an available instruction set (not `automatic`).

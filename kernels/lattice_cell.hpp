@@ -39,6 +39,13 @@ HYBMSS_INLINE Vector3<V> cross(const Vector3<V>& a, const Vector3<V>& b) {
     return {multiply_subtract(a.y, b.z, a.z * b.y), multiply_subtract(a.z, b.x, a.x * b.z),
             multiply_subtract(a.x, b.y, a.y * b.x)};
 }
+/// v + a x b
+template <class V>
+HYBMSS_INLINE Vector3<V> add_cross(const Vector3<V>& a, const Vector3<V>& b, const Vector3<V>& v) {
+    return {multiply_add(a.y, b.z, subtract_product(a.z, b.y, v.x)),
+            multiply_add(a.z, b.x, subtract_product(a.x, b.z, v.y)),
+            multiply_add(a.x, b.y, subtract_product(a.y, b.x, v.z))};
+}
 template <class V>
 HYBMSS_INLINE V dot(const Vector3<V>& a, const Vector3<V>& b) {
     return multiply_add(a.z, b.z, multiply_add(a.y, b.y, a.x * b.x));
@@ -176,12 +183,14 @@ HYBMSS_INLINE V spring_energies(SpringGroup<Springs...>, const Vector3<V> (&u)[c
     return sum;
 }
 
-/// What the volume force and energy need of a cell: the four cube diagonals as vectors (full: d, and displacement: du).
+/// What the volume energy and its derivatives need of a cell: the four cube diagonals as vectors (full: d, and
+/// displacement: du).
 ///
 /// The mean edges (5.14) are 4 a = d0 - d1 + d2 - d3, 4 b = S - T, 4 c = S + T with S = d0 + d1, T = d2 + d3.
 /// So 16 b x c = 2 S x T, 16 (c x a + a x b) = 2 T x 4a, 16 (a x b - c x a) = 2 4a x S.
 template <class V>
 struct CellVolume {
+    Vector3<V> s, t, a;    ///< S, T, 4a
     Vector3<V> st, ta, as; ///< S x T, T x 4a, 4a x S
     V dilation;            ///< J - 1
 };
@@ -194,7 +203,7 @@ HYBMSS_INLINE CellVolume<V> cell_volume(const Vector3<V>& e0, const Vector3<V>& 
     const Vector3<V> big_s = {s.x, s.y + two, s.z + two};
     const Vector3<V> big_t = {t.x, t.y - two, t.z + two};
     const Vector3<V> big_a = {da.x + four, da.y, da.z};
-    CellVolume<V> cell{cross(big_s, big_t), cross(big_t, big_a), cross(big_a, big_s), {}};
+    CellVolume<V> cell{big_s, big_t, big_a, cross(big_s, big_t), cross(big_t, big_a), cross(big_a, big_s), {}};
     // J - 1 = (2 A.(S x T) - 64) / 64 without cancellation, by replacing one factor after the other:
     //   32 (J - 1) = da.(S x T) + A0.(ds x T) + A0.(S0 x dt),  A0 = (4, 0, 0), S0 = (0, 2, 2)
     const V difference = t.z - t.y;

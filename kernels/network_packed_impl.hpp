@@ -85,21 +85,23 @@ void packed_springs(const SpringBlock<Scalar<V>>* blocks, const PackedNodes<Scal
     }
 }
 
-/// The cofactors b x c, c x a, a x b of a cell's deformed mean edges, and J - 1.
+/// A cell's deformed mean edges, the cofactors b x c, c x a, a x b, and J - 1.
 template <class V>
 struct BlockVolume {
-    Vector3<V> bc, ca, ab;
+    Vector3<V> a, b, c, bc, ca, ab;
     V dilation;
 };
 
+/// The mean edges of a field at the corners of cells: how a, b and c change with it.
 template <class V>
-HYBMSS_INLINE BlockVolume<V> block_volume(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* u) {
+HYBMSS_INLINE void mean_edges(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* field,
+                              Vector3<V> (&edges)[3]) {
     // A mean of four edges is a quarter of a signed sum over the cube diagonals, formed before anything is transposed.
     V diagonal[4][4];
     for (int corner = 0; corner < 4; ++corner) {
         V low[4];
-        load_quads(u, block.node[corner] + lane, low);
-        load_quads(u, block.node[7 - corner] + lane, diagonal[corner]);
+        load_quads(field, block.node[corner] + lane, low);
+        load_quads(field, block.node[7 - corner] + lane, diagonal[corner]);
         for (int j = 0; j < 4; ++j) {
             diagonal[corner][j] = diagonal[corner][j] - low[j];
         }
@@ -113,17 +115,24 @@ HYBMSS_INLINE BlockVolume<V> block_volume(const CellBlock<Scalar<V>>& block, int
         mean[1][j] = quarter * (sum01 - sum23);
         mean[2][j] = quarter * (sum01 + sum23);
     }
-    Vector3<V> change[3], rest[3];
     for (int edge = 0; edge < 3; ++edge) {
         transpose_quads(mean[edge]);
-        change[edge] = {mean[edge][0], mean[edge][1], mean[edge][2]};
+        edges[edge] = {mean[edge][0], mean[edge][1], mean[edge][2]};
+    }
+}
+
+template <class V>
+HYBMSS_INLINE BlockVolume<V> block_volume(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* u) {
+    Vector3<V> change[3], rest[3];
+    mean_edges(block, lane, u, change);
+    for (int edge = 0; edge < 3; ++edge) {
         rest[edge] = {load_lanes<V>(block.rest_edge[3 * edge] + lane),
                       load_lanes<V>(block.rest_edge[3 * edge + 1] + lane),
                       load_lanes<V>(block.rest_edge[3 * edge + 2] + lane)};
     }
     const Vector3<V>&da = change[0], &db = change[1], &dc = change[2];
     const Vector3<V> a = rest[0] + da, b = rest[1] + db, c = rest[2] + dc;
-    BlockVolume<V> cell{cross(b, c), cross(c, a), cross(a, b), {}};
+    BlockVolume<V> cell{a, b, c, cross(b, c), cross(c, a), cross(a, b), {}};
     // V' - V0 = da.(b x c) + a0.(db x c) + a0.(b0 x dc), each term of the first order in the displacement.
     cell.dilation = (dot(da, cell.bc) + dot(rest[0], cross(db, c) + cross(rest[1], dc))) *
                     load_lanes<V>(block.inverse_volume + lane);

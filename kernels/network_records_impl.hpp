@@ -64,7 +64,15 @@ HYBMSS_INLINE T record_stretch(const SpringRecord<T>& spring, const T* u, Point<
     return (2 * scalar_product(rest, du) + scalar_product(du, du)) * spring.inverse_length2;
 }
 
-/// f_a += k (1 - l/|d|) d, f_b -= the same; 1 - 1/sqrt(w) = s / (w + sqrt(w)), w = 1 + s.
+/// 1 - 1/sqrt(w) = s / (w + sqrt(w)), w = 1 + s, bounded as in spring_law.hpp.
+template <class T>
+HYBMSS_INLINE T scalar_one_minus_rsqrt(T s) {
+    constexpr T kLeast = sizeof(T) == 4 ? T(0x1p-20) : T(0x1p-40);
+    const T w = s + 1 > kLeast ? s + 1 : kLeast;
+    return s / (w + scalar_square_root(w));
+}
+
+/// f_a += k (1 - l/|d|) d, f_b -= the same.
 template <class V>
 void record_springs(const SpringRecord<Scalar<V>>* springs, const PackedNodes<Scalar<V>>& nodes, std::ptrdiff_t begin,
                     std::ptrdiff_t end) {
@@ -73,8 +81,7 @@ void record_springs(const SpringRecord<Scalar<V>>* springs, const PackedNodes<Sc
         const SpringRecord<T>& spring = springs[i];
         Point<T> d;
         const T s = record_stretch(spring, nodes.displacement, d);
-        const T w = s + 1 > T(0x1p-40) ? s + 1 : T(0x1p-40);
-        const Point<T> force = (spring.stiffness * s / (w + scalar_square_root(w))) * d;
+        const Point<T> force = (spring.stiffness * scalar_one_minus_rsqrt(s)) * d;
         add_to(nodes.force + spring.a, force);
         add_to(nodes.force + spring.b, T(-1) * force);
     }
@@ -97,22 +104,31 @@ double record_spring_energy(const SpringRecord<Scalar<V>>* springs, const Packed
 
 template <class T>
 struct RecordVolume {
-    Point<T> bc, ca, ab;
+    Point<T> a, b, c, bc, ca, ab;
     T dilation;
 };
 
+/// The mean edges of a field at the corners of a cell: how a, b and c change with it.
 template <class T>
-HYBMSS_INLINE RecordVolume<T> record_volume(const CellRecord<T>& cell, const T* u) {
+HYBMSS_INLINE void mean_edges(const CellRecord<T>& cell, const T* field, Point<T> (&edges)[3]) {
     Point<T> d[4];
     for (int corner = 0; corner < 4; ++corner) {
-        d[corner] = point_at(u + cell.node[7 - corner]) - point_at(u + cell.node[corner]);
+        d[corner] = point_at(field + cell.node[7 - corner]) - point_at(field + cell.node[corner]);
     }
     const T quarter = T(0.25);
-    const Point<T> da = quarter * ((d[0] - d[1]) + (d[2] - d[3])), db = quarter * ((d[0] + d[1]) - (d[2] + d[3])),
-                   dc = quarter * ((d[0] + d[1]) + (d[2] + d[3]));
+    edges[0] = quarter * ((d[0] - d[1]) + (d[2] - d[3]));
+    edges[1] = quarter * ((d[0] + d[1]) - (d[2] + d[3]));
+    edges[2] = quarter * ((d[0] + d[1]) + (d[2] + d[3]));
+}
+
+template <class T>
+HYBMSS_INLINE RecordVolume<T> record_volume(const CellRecord<T>& cell, const T* u) {
+    Point<T> change[3];
+    mean_edges(cell, u, change);
+    const Point<T>&da = change[0], &db = change[1], &dc = change[2];
     const Point<T> a0 = point_at(cell.rest_edge), b0 = point_at(cell.rest_edge + 3), c0 = point_at(cell.rest_edge + 6);
     const Point<T> a = a0 + da, b = b0 + db, c = c0 + dc;
-    RecordVolume<T> volume{vector_product(b, c), vector_product(c, a), vector_product(a, b), T(0)};
+    RecordVolume<T> volume{a, b, c, vector_product(b, c), vector_product(c, a), vector_product(a, b), T(0)};
     // V' - V0 = da.(b x c) + a0.(db x c) + a0.(b0 x dc)
     volume.dilation =
         (scalar_product(da, volume.bc) + scalar_product(a0, vector_product(db, c) + vector_product(b0, dc))) *
@@ -135,6 +151,20 @@ HYBMSS_INLINE T scalar_volume_slope(T j) {
     } else {
         const T e = scalar_cube_root_minus_one(j > T(-0.875) ? j : T(-0.875));
         return 3 * e / ((1 + e) * (1 + e));
+    }
+}
+
+/// phi''(J): 1, or (2 - c) / c^5, 0 below J = 1/8.
+template <Volume volume, class T>
+HYBMSS_INLINE T scalar_volume_curvature(T j) {
+    if constexpr (volume == Volume::quadratic) {
+        return T(1);
+    } else {
+        if (!(j > T(-0.875))) {
+            return T(0);
+        }
+        const T e = scalar_cube_root_minus_one(j), c2 = (1 + e) * (1 + e);
+        return (1 - e) / (c2 * c2 * (1 + e));
     }
 }
 

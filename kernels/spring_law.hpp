@@ -19,7 +19,8 @@ namespace {
 /// carries the result. (Without the rounding the relative error at s = 1e-6 is 7e-6 with a 14-bit estimate, 1e-4 with
 /// 11 bits.)
 ///
-/// The argument of the estimate is bounded below by 2^-20, so that coincident ends give a finite factor.
+/// The root's argument is bounded below, so that coincident ends give a finite factor: that of the estimate by 2^-20,
+/// that of the rounded root by 2^-20 in float and 2^-40 in double. Below that 1 + s is mostly rounding.
 ///
 /// Several springs at a time, step by step side by side: they do not depend on each other, their steps do.
 template <Accuracy accuracy, class V, std::size_t count>
@@ -35,7 +36,7 @@ HYBMSS_INLINE void one_minus_rsqrt(const V (&s)[count], V (&out)[count]) {
     if constexpr (accuracy == Accuracy::exact || kSeed == Seed::none) {
         // s / ((1 + s) + sqrt(1 + s))
         V w[count], root[count];
-        each([&](std::size_t i) { w[i] = maximum(s[i] + c(1.0), c(0x1p-40)); });
+        each([&](std::size_t i) { w[i] = maximum(s[i] + c(1.0), c(Traits<V>::kFloat ? 0x1p-20 : 0x1p-40)); });
         each([&](std::size_t i) { root[i] = square_root(w[i]); });
         each([&](std::size_t i) { out[i] = s[i] / (w[i] + root[i]); });
     } else {

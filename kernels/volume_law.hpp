@@ -47,6 +47,27 @@ HYBMSS_INLINE V volume_slope(V j) {
     }
 }
 
+/// phi'(J) and phi''(J).
+template <class V>
+struct VolumeDerivatives {
+    V slope, curvature;
+};
+
+/// phi'' is 1 (quadratic), or (2 - c) / c^5 and 0 below J = 1/8, where phi goes on linearly.
+template <Volume volume, class V>
+HYBMSS_INLINE VolumeDerivatives<V> volume_derivatives(V j) {
+    using T = Scalar<V>;
+    if constexpr (volume == Volume::quadratic) {
+        return {j, splat<V>(T(1))};
+    } else {
+        const V bound = splat<V>(T(-0.875));
+        const V e = cube_root_minus_one(maximum(j, bound));
+        const V inverse = splat<V>(T(1)) / (splat<V>(T(1)) + e), inverse2 = inverse * inverse;
+        const V curvature = (splat<V>(T(1)) - e) * inverse * (inverse2 * inverse2);
+        return {splat<V>(T(3)) * e * inverse2, curvature * one_where_positive(j - bound)};
+    }
+}
+
 /// phi(J): j^2 / 2, or 9/2 (c - 1)^2 continued with the slope -6 below J = 1/8.
 template <Volume volume, class V>
 HYBMSS_INLINE V volume_energy(V j) {

@@ -11,7 +11,7 @@ template <class T>
 std::size_t State<T>::bytes() const {
     std::size_t sum = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-        sum += displacement[c].bytes() + velocity[c].bytes() + force[c].bytes();
+        sum += displacement[c].bytes() + velocity[c].bytes() + force[c].bytes() + direction[c].bytes();
     }
     for (const auto& buffer : buffers) {
         sum += buffer.bytes();
@@ -102,6 +102,41 @@ void Body<T>::add(const NodeField<T>& field, VectorField<T> out) const {
     T* const to[3] = {out.x, out.y, out.z};
     const Component<const T> from[3] = {component(field, 0), component(field, 1), component(field, 2)};
     for_each_component(to, out.stride, from, [](T& target, const T& source) { target += source; });
+}
+
+template <class T>
+void Body<T>::read_blocks(const AlignedArray<T> (&blocks)[6], double factor, std::span<T> out) const {
+    if (out.size() != 6 * node_count()) {
+        throw std::invalid_argument("diagonal blocks of " + std::to_string(out.size()) + " values given: the body's " +
+                                    std::to_string(node_count()) + " nodes have six each");
+    }
+    const T scale = static_cast<T>(factor);
+    for (std::size_t node = 0; node < node_count(); ++node) {
+        const std::size_t index = index_of(node);
+        for (std::size_t entry = 0; entry < 6; ++entry) {
+            out[6 * node + entry] = scale * blocks[entry][index];
+        }
+    }
+}
+
+template <class T>
+void Body<T>::allocate_like(const NodeField<T>& like, NodeField<T>& field) {
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (field[c].size() != like[c].size()) {
+            field[c] = AlignedArray<T>(like[c].size());
+        }
+    }
+}
+
+template <class T>
+void Body<T>::clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]) {
+    for (AlignedArray<T>& entry : blocks) {
+        if (entry.size() != size) {
+            entry = AlignedArray<T>(size);
+        } else {
+            std::fill_n(entry.data(), size, T(0));
+        }
+    }
 }
 
 template <class T>

@@ -37,6 +37,7 @@ struct State {
     NodeField<T> displacement;            ///< in the body's length unit
     NodeField<T> velocity;                ///< likewise, per s; empty unless the body moves
     NodeField<T> force;                   ///< N; empty until forces are asked for
+    NodeField<T> direction;               ///< as displacements; empty until a Hessian product is asked for
     std::vector<AlignedArray<T>> buffers; ///< the body's own
 
     std::size_t bytes() const;
@@ -89,6 +90,15 @@ public:
     /// Sets state.force.
     virtual void compute_forces(State<T>& state) const = 0;
     virtual PotentialEnergy energy(State<T>& state) const = 0;
+    /// product = K p in N, where K = d^2 W / du^2 (N/m) at state.displacement and p is `direction`, in the body's
+    /// length unit like displacements. What lies between and behind the nodes in `direction` must be zero, and is zero
+    /// in `product`, so that sums over whole arrays are sums over the nodes. Makes `product`'s arrays where they are
+    /// empty; it must not be `direction`.
+    virtual void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const = 0;
+    /// The symmetric 3x3 blocks on K's diagonal, of the operator that hessian_product applies: in N per length unit of
+    /// the body. Sets blocks[e][index of the node] for the entries e = xx, yy, zz, xy, xz, yz; zero between and behind
+    /// the nodes. Makes the arrays where they are empty.
+    virtual void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const = 0;
     /// One step after the other, each followed by the loads and the prescribed components.
     virtual void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
                       long count) const = 0;
@@ -99,8 +109,14 @@ public:
     void read(const NodeField<T>& field, double factor, VectorField<T> out) const;
     /// out += field.
     void add(const NodeField<T>& field, VectorField<T> out) const;
+    /// out[6 n + e] = factor * blocks[e] of node n.
+    void read_blocks(const AlignedArray<T> (&blocks)[6], double factor, std::span<T> out) const;
     double kinetic_energy(const State<T>& state) const;
     const Workers& workers() const { return workers_; }
+    /// Makes the arrays of `field` as long as those of `like`, and zero, where they are not.
+    static void allocate_like(const NodeField<T>& like, NodeField<T>& field);
+    /// Arrays of `size` zeros for a diagonal's blocks.
+    static void clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]);
     static void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
     /// Appends what acts on single nodes to the stages of a step. A load adds its part to the integrated motion, which
     /// is linear in the force: v += dt/(1 + dt c) f/m, u += dt of that. The spans and the state must outlive the

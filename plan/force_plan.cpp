@@ -73,6 +73,30 @@ PotentialEnergy ForcePlan<T>::energy(VectorField<const T> displacement) const {
 }
 
 template <class T>
+void ForcePlan<T>::add_hessian_product(VectorField<const T> displacement, VectorField<const T> direction,
+                                       VectorField<T> product) const {
+    const Body<T>& body = *implementation_->body;
+    State<T> state = implementation_->take();
+    body.write(displacement, 1 / body.length_unit(), state.displacement);
+    body.allocate_like(state.displacement, state.direction);
+    body.write(direction, 1 / body.length_unit(), state.direction);
+    body.hessian_product(state, state.direction, state.force);
+    body.add(state.force, product);
+    implementation_->give_back(std::move(state));
+}
+
+template <class T>
+void ForcePlan<T>::hessian_diagonal(VectorField<const T> displacement, std::span<T> blocks) const {
+    const Body<T>& body = *implementation_->body;
+    State<T> state = implementation_->take();
+    body.write(displacement, 1 / body.length_unit(), state.displacement);
+    AlignedArray<T> sums[6];
+    body.hessian_diagonal(state, sums);
+    body.read_blocks(sums, 1 / body.length_unit(), blocks);
+    implementation_->give_back(std::move(state));
+}
+
+template <class T>
 double ForcePlan<T>::critical_time_step() const {
     return implementation_->body->critical_time_step();
 }

@@ -26,6 +26,8 @@ public:
     State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
     void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
               long count) const override;
 
@@ -41,6 +43,11 @@ private:
     std::vector<Stage> sweep(State<T>& state, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
     void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
                     const kernels::StepConstants<T>& step) const;
+
+    /// `sums`: the arrays that the sweep sets; `direction`: null for a diagonal.
+    template <int components>
+    void sweep_hessian(State<T>& state, const kernels::LatticeHessianSweep<T, components>& kernels,
+                       const NodeField<T>* direction, T* const (&sums)[components]) const;
 
     FlatRows<T> layout_;
     const kernels::KernelTable<T>* table_;

@@ -18,6 +18,14 @@ Stage in_pieces(std::size_t begin, std::size_t end, Visit visit) {
             }};
 }
 
+/// visit(begin, end) on pieces of every colour, a stage a colour.
+template <class Visit>
+void append_colors(const std::vector<std::size_t>& color_begin, const Visit& visit, std::vector<Stage>& stages) {
+    for (std::size_t color = 0; color + 1 < color_begin.size(); ++color) {
+        stages.push_back(in_pieces(color_begin[color], color_begin[color + 1], visit));
+    }
+}
+
 } // namespace
 
 template <class T>
@@ -96,24 +104,15 @@ double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) con
 template <class T>
 std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
     std::vector<Stage> stages;
-    const auto& spring_colors = layout_.springs.color_begin;
-    const auto spring_kernel = table_->soa->springs[static_cast<int>(accuracy_)];
-    for (std::size_t color = 0; color + 1 < spring_colors.size(); ++color) {
-        stages.push_back(in_pieces(spring_colors[color], spring_colors[color + 1],
-                                   [spring_kernel, springs = spring_arrays(), nodes](auto begin, auto end) {
-                                       spring_kernel(springs, nodes, begin, end);
-                                   }));
-    }
-    if (volume_ == kernels::Volume::none) {
-        return stages;
-    }
-    const auto& cell_colors = layout_.cells.color_begin;
-    const auto cell_kernel = table_->soa->cells[static_cast<int>(volume_)];
-    for (std::size_t color = 0; color + 1 < cell_colors.size(); ++color) {
-        stages.push_back(in_pieces(cell_colors[color], cell_colors[color + 1],
-                                   [cell_kernel, cells = cell_arrays(), nodes](auto begin, auto end) {
-                                       cell_kernel(cells, nodes, begin, end);
-                                   }));
+    append_colors(
+        layout_.springs.color_begin,
+        [kernel = table_->soa->springs[static_cast<int>(accuracy_)], springs = spring_arrays(),
+         nodes](auto begin, auto end) { kernel(springs, nodes, begin, end); },
+        stages);
+    if (const auto kernel = table_->soa->cells[static_cast<int>(volume_)]) {
+        append_colors(
+            layout_.cells.color_begin,
+            [kernel, cells = cell_arrays(), nodes](auto begin, auto end) { kernel(cells, nodes, begin, end); }, stages);
     }
     return stages;
 }
@@ -151,6 +150,70 @@ PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
             });
     }
     return energy;
+}
+
+template <class T>
+kernels::HessianArrays<T> NetworkBody<T>::hessian_arrays(const State<T>& state) const {
+    kernels::HessianArrays<T> nodes{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.displacement[c] = state.displacement[c].data();
+    }
+    return nodes;
+}
+
+template <class T>
+void NetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+    this->allocate_like(state.displacement, product);
+    auto nodes = hessian_arrays(state);
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.direction[c] = direction[c].data();
+        nodes.product[c] = product[c].data();
+        std::fill_n(product[c].data(), product[c].size(), T(0));
+    }
+    const auto& kernels = *table_->soa_hessian;
+    std::vector<Stage> stages;
+    const auto springs = spring_arrays();
+    append_colors(
+        layout_.springs.color_begin,
+        [&](auto begin, auto end) { kernels.spring_product[static_cast<int>(accuracy_)](springs, nodes, begin, end); },
+        stages);
+    if (const auto cell_product = kernels.cell_product[static_cast<int>(volume_)]) {
+        append_colors(
+            layout_.cells.color_begin,
+            [cell_product, cells = cell_arrays(), nodes](auto begin, auto end) {
+                cell_product(cells, nodes, begin, end);
+            },
+            stages);
+    }
+    this->workers().run(stages, 1);
+}
+
+template <class T>
+void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+    this->clear_blocks(layout_.size(), blocks);
+    const auto nodes = hessian_arrays(state);
+    kernels::DiagonalBlocks<T> sums{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        sums.entry[e] = blocks[e].data();
+    }
+    const auto& kernels = *table_->soa_hessian;
+    std::vector<Stage> stages;
+    const auto springs = spring_arrays();
+    append_colors(
+        layout_.springs.color_begin,
+        [&](auto begin, auto end) {
+            kernels.spring_diagonal[static_cast<int>(accuracy_)](springs, nodes, sums, begin, end);
+        },
+        stages);
+    if (const auto cell_diagonal = kernels.cell_diagonal[static_cast<int>(volume_)]) {
+        append_colors(
+            layout_.cells.color_begin,
+            [cell_diagonal, cells = cell_arrays(), nodes, sums](auto begin, auto end) {
+                cell_diagonal(cells, nodes, sums, begin, end);
+            },
+            stages);
+    }
+    this->workers().run(stages, 1);
 }
 
 template <class T>

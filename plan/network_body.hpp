@@ -24,6 +24,8 @@ public:
     State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
     void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
               long count) const override;
 
@@ -31,6 +33,8 @@ private:
     kernels::NetworkSprings<T> spring_arrays() const;
     kernels::NetworkCells<T> cell_arrays() const;
     kernels::NodeArrays<T> node_arrays(State<T>& state) const;
+    /// Without direction and product.
+    kernels::HessianArrays<T> hessian_arrays(const State<T>& state) const;
     void allocate_forces(State<T>& state) const;
     /// What adds all forces to arrays that are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;

@@ -17,16 +17,30 @@ struct Facts<PackedXyzw<T>> {
     static constexpr const char *kLayout = "packed-xyzw", *kKernels = "packed";
     static constexpr int kMostThreads = std::numeric_limits<int>::max();
     static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.packed; }
+    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.packed_hessian; }
 };
 template <class T>
 struct Facts<ArrayOfStructs<T>> {
     static constexpr const char *kLayout = "aos", *kKernels = "record";
     static constexpr int kMostThreads = 1;
     static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
+    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.records_hessian; }
 };
 
 std::ptrdiff_t signed_index(std::size_t i) {
     return static_cast<std::ptrdiff_t>(i);
+}
+
+/// visit(tile) for every tile, a stage a colour.
+template <class Layout, class Visit>
+std::vector<Stage> tile_stages(const Layout& layout, const Visit& visit) {
+    std::vector<Stage> stages;
+    for (std::size_t color = 0; color + 1 < layout.color_begin.size(); ++color) {
+        const std::size_t first = layout.color_begin[color];
+        stages.push_back({layout.color_begin[color + 1] - first,
+                          [&layout, visit, first](std::size_t i, std::size_t) { visit(layout.tiles[first + i]); }});
+    }
+    return stages;
 }
 
 } // namespace
@@ -68,19 +82,12 @@ std::vector<Stage> PackedNetworkBody<T, Layout>::accumulate(const kernels::Packe
     const auto& kernels = Facts<Layout>::kernels(*table_);
     const auto springs = kernels.springs[static_cast<int>(accuracy_)];
     const auto cells = kernels.cells[static_cast<int>(volume_)];
-    std::vector<Stage> stages;
-    for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
-        const std::size_t first = layout_.color_begin[color];
-        stages.push_back(
-            {layout_.color_begin[color + 1] - first, [=, this](std::size_t i, std::size_t) {
-                 const NetworkTile& tile = layout_.tiles[first + i];
-                 springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
-                 if (cells) {
-                     cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
-                 }
-             }});
-    }
-    return stages;
+    return tile_stages(layout_, [=, this](const NetworkTile& tile) {
+        springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
+        if (cells) {
+            cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+        }
+    });
 }
 
 template <class T, class Layout>
@@ -109,6 +116,45 @@ PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
         sum.volume += e.volume;
     }
     return sum;
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::hessian_product(State<T>& state, const NodeField<T>& direction,
+                                                   NodeField<T>& product) const {
+    this->allocate_like(state.displacement, product);
+    std::fill_n(product[0].data(), product[0].size(), T(0));
+    const kernels::PackedHessian<T> nodes{state.displacement[0].data(), direction[0].data(), product[0].data()};
+    const auto& kernels = Facts<Layout>::hessian_kernels(*table_);
+    const auto springs = kernels.spring_product[static_cast<int>(accuracy_)];
+    const auto cells = kernels.cell_product[static_cast<int>(volume_)];
+    const auto stages = tile_stages(layout_, [&](const NetworkTile& tile) {
+        springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
+        if (cells) {
+            cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+        }
+    });
+    this->workers().run(stages, 1);
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+    this->clear_blocks(layout_.size(), blocks);
+    kernels::DiagonalBlocks<T> sums{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        sums.entry[e] = blocks[e].data();
+    }
+    const T* const displacement = state.displacement[0].data();
+    const auto& kernels = Facts<Layout>::hessian_kernels(*table_);
+    const auto springs = kernels.spring_diagonal[static_cast<int>(accuracy_)];
+    const auto cells = kernels.cell_diagonal[static_cast<int>(volume_)];
+    const auto stages = tile_stages(layout_, [&](const NetworkTile& tile) {
+        springs(layout_.springs.data(), displacement, sums, signed_index(tile.spring_begin),
+                signed_index(tile.spring_end));
+        if (cells) {
+            cells(layout_.cells.data(), displacement, sums, signed_index(tile.cell_begin), signed_index(tile.cell_end));
+        }
+    });
+    this->workers().run(stages, 1);
 }
 
 template <class T, class Layout>

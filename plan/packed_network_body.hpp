@@ -27,6 +27,8 @@ public:
     State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
     void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
               long count) const override;
 

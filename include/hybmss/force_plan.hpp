@@ -10,6 +10,7 @@
 #include "hybmss/vector_field.hpp"
 
 #include <memory>
+#include <span>
 
 namespace hybmss {
 
@@ -41,6 +42,17 @@ public:
 
     /// The energy (J) at the displacements, summed in double.
     PotentialEnergy energy(VectorField<const T> displacement) const;
+
+    /// Adds to `product` (N) the second derivatives times a direction: K p, K = d^2 W / du^2 (N/m) at the displacements
+    /// u, p = `direction` (m). So forces at u + p are forces at u less K p, to the first order. K is symmetric, and
+    /// indefinite where springs or cells are compressed. All three fields have node_count() nodes in the body's node
+    /// order; `product` must not overlap the others. Throws std::invalid_argument where a size differs.
+    void add_hessian_product(VectorField<const T> displacement, VectorField<const T> direction,
+                             VectorField<T> product) const;
+
+    /// Sets `blocks` to the symmetric 3x3 blocks on the diagonal of K (N/m) at the displacements, six values a node in
+    /// the body's node order: xx, yy, zz, xy, xz, yz. Throws std::invalid_argument unless it has 6 node_count() values.
+    void hessian_diagonal(VectorField<const T> displacement, std::span<T> blocks) const;
 
     /// A guaranteed lower bound (s) of the largest stable step of the semi-implicit Euler method near rest: 2 / sqrt of
     /// an upper bound of the largest eigenvalue of M^-1 K, by the largest one of a single cell (lattice) or by row sums

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "kernels/hessian_arguments.hpp"
+#include "layouts/network_blocks.hpp"
+
+namespace hybmss::kernels {
+
+/// A sweep over a lattice that makes `components` values a node: layers of cells, the topmost plane, and planes where
+/// two slabs meet.
+template <class T, int components>
+struct LatticeHessianSweep {
+    using Layer = void (*)(const LatticeHessianLayer<T, components>&);
+    Layer layer[2][kVolumeCount][kAccuracyCount]; ///< [face diagonals][volume][accuracy]
+    Layer top[2][kAccuracyCount];                 ///< [face diagonals][accuracy]
+    Layer join;                                   ///< partial += above
+};
+
+/// Second derivatives of a lattice in flat rows.
+template <class T>
+struct LatticeHessianKernels {
+    LatticeHessianSweep<T, 3> product;
+    LatticeHessianSweep<T, kBlockEntries> diagonal;
+};
+
+/// Second derivatives of a network whose nodes are packed; Springs and Cells as in NetworkKernels, entries [begin,
+/// end).
+template <class T, class Springs, class Cells>
+struct NetworkHessianKernels {
+    using Range = std::ptrdiff_t;
+    void (*spring_product[kAccuracyCount])(const Springs*, const PackedHessian<T>&, Range begin, Range end);
+    void (*cell_product[kVolumeCount])(const Cells*, const PackedHessian<T>&, Range begin, Range end); ///< none: null
+    void (*spring_diagonal[kAccuracyCount])(const Springs*, const T* displacement, const DiagonalBlocks<T>&,
+                                            Range begin, Range end);
+    void (*cell_diagonal[kVolumeCount])(const Cells*, const T* displacement, const DiagonalBlocks<T>&, Range begin,
+                                        Range end); ///< none: null
+};
+
+template <class T>
+using PackedHessianKernels = NetworkHessianKernels<T, SpringBlock<T>, CellBlock<T>>;
+template <class T>
+using RecordHessianKernels = NetworkHessianKernels<T, SpringRecord<T>, CellRecord<T>>;
+
+/// Second derivatives of a network as structure of arrays; springs or cells [begin, end) of one colour.
+template <class T>
+struct SoaHessianKernels {
+    using Range = std::ptrdiff_t;
+    void (*spring_product[kAccuracyCount])(const NetworkSprings<T>&, const HessianArrays<T>&, Range begin, Range end);
+    void (*cell_product[kVolumeCount])(const NetworkCells<T>&, const HessianArrays<T>&, Range begin,
+                                       Range end); ///< none: null
+    void (*spring_diagonal[kAccuracyCount])(const NetworkSprings<T>&, const HessianArrays<T>&, const DiagonalBlocks<T>&,
+                                            Range begin, Range end);
+    void (*cell_diagonal[kVolumeCount])(const NetworkCells<T>&, const HessianArrays<T>&, const DiagonalBlocks<T>&,
+                                        Range begin, Range end); ///< none: null
+};
+
+} // namespace hybmss::kernels

@@ -1,0 +1,116 @@
+#pragma once
+
+#include "kernels/lattice_hessian_impl.hpp"
+
+// The diagonal 3x3 blocks of a lattice's K(u), in the same sweep as its product.
+
+namespace hybmss::kernels {
+namespace {
+
+template <class V>
+HYBMSS_INLINE Symmetric3<V> next_column(const Symmetric3<V>& high, Symmetric3<V>& carry) {
+    Symmetric3<V> moved;
+    for (int i = 0; i < kBlockEntries; ++i) {
+        moved.entry[i] = shift_in(carry.entry[i], high.entry[i]);
+    }
+    carry = high;
+    return moved;
+}
+
+template <class V, class T>
+HYBMSS_INLINE void store_blocks(T* const (&blocks)[kBlockEntries], std::ptrdiff_t n, const Symmetric3<V>& b) {
+    for (int i = 0; i < kBlockEntries; ++i) {
+        store_lanes(blocks[i] + n, b.entry[i]);
+    }
+}
+template <class V, class T>
+HYBMSS_INLINE void add_blocks(T* const (&blocks)[kBlockEntries], std::ptrdiff_t n, const Symmetric3<V>& b) {
+    for (int i = 0; i < kBlockEntries; ++i) {
+        store_lanes(blocks[i] + n, load_lanes<V>(blocks[i] + n) + b.entry[i]);
+    }
+}
+
+/// Adds a group's H to the blocks of both corners of each spring.
+template <Accuracy accuracy, class V, int corners, class... Springs>
+HYBMSS_INLINE void add_spring_blocks(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
+                                     Symmetric3<V> (&blocks)[corners]) {
+    const auto add = [&](auto spring) {
+        using Spring = decltype(spring);
+        const Vector3<V> du = u[Spring::b] - u[Spring::a];
+        const Symmetric3<V> h =
+            spring_block(k[Spring::kKind], one_minus_rsqrt<accuracy>(Spring::stretch(du)),
+                         splat<V>(static_cast<Scalar<V>>(1.0 / Spring::kLength2)), Spring::vector(du));
+        blocks[Spring::a] = blocks[Spring::a] + h;
+        blocks[Spring::b] = blocks[Spring::b] + h;
+    };
+    (add(Springs{}), ...);
+}
+
+/// Adds kappa phi''/V0 (grad V')(grad V')^T of a vector of cells, corner by corner; the second derivative of V' with
+/// respect to one corner is zero.
+template <Volume volume, class V>
+HYBMSS_INLINE void add_volume_blocks(const Vector3<V> (&u)[8], V scale, Symmetric3<V> (&blocks)[8]) {
+    const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
+    const V along =
+        scale * volume_derivatives<volume>(cell.dilation).curvature * splat<V>(static_cast<Scalar<V>>(1.0 / 32.0));
+    const Vector3<V> gradient[4] = {cell.st + cell.ta, cell.ta - cell.st, cell.st + cell.as, cell.as - cell.st};
+    for (int corner = 0; corner < 4; ++corner) {
+        const Symmetric3<V> h = rank_one(splat<V>(0), along, gradient[corner]);
+        blocks[corner] = blocks[corner] + h;
+        blocks[7 - corner] = blocks[7 - corner] + h;
+    }
+}
+
+/// One layer of cells: adds to `partial`, sets `above`.
+template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
+void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
+    const V zero = splat<V>(0);
+    const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
+    const std::ptrdiff_t row = layer.row;
+    for (std::ptrdiff_t n = 0; n < row; n += kWidth<V>) {
+        store_blocks<V>(layer.above, n, none);
+    }
+    Symmetric3<V> carry[4] = {none, none, none, none};
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        Vector3<V> u[8];
+        load_cells<V>(layer, layer.displacement, n, u);
+        V k[7];
+        for (int kind = 0; kind < 7; ++kind) {
+            k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
+        }
+        Symmetric3<V> blocks[8] = {none, none, none, none, none, none, none, none};
+        add_spring_blocks<accuracy>(CubeDiagonals{}, u, k, blocks);
+        add_spring_blocks<accuracy>(EdgesAndFaces<face_diagonals>{}, u, k, blocks);
+        if constexpr (volume != Volume::none) {
+            add_volume_blocks<volume>(u, k[6] * splat<V>(layer.volume_ratio), blocks);
+        }
+        store_blocks<V>(layer.above, n + row, blocks[6] + next_column(blocks[7], carry[3]));
+        add_blocks<V>(layer.above, n, blocks[4] + next_column(blocks[5], carry[2]));
+        add_blocks<V>(layer.partial, n + row, blocks[2] + next_column(blocks[3], carry[1]));
+        add_blocks<V>(layer.partial, n, blocks[0] + next_column(blocks[1], carry[0]));
+    }
+}
+
+/// The topmost node plane; `above` is not touched.
+template <bool face_diagonals, Accuracy accuracy, class V>
+void lattice_hessian_diagonal_top(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
+    const V zero = splat<V>(0);
+    const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
+    Symmetric3<V> carry[2] = {none, none};
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        Vector3<V> u[4];
+        load_row<V>(layer.displacement, n, u[0], u[1]);
+        load_row<V>(layer.displacement, n + layer.row, u[2], u[3]);
+        V k[7];
+        for (int kind : {0, 1, 3}) {
+            k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
+        }
+        Symmetric3<V> blocks[4] = {none, none, none, none};
+        add_spring_blocks<accuracy>(PlaneSprings<face_diagonals>{}, u, k, blocks);
+        add_blocks<V>(layer.partial, n + layer.row, blocks[2] + next_column(blocks[3], carry[1]));
+        add_blocks<V>(layer.partial, n, blocks[0] + next_column(blocks[1], carry[0]));
+    }
+}
+
+} // namespace
+} // namespace hybmss::kernels
