@@ -24,6 +24,8 @@ struct Expected {
     std::vector<Vector3d> forces;
     double force_scale;
     reference::Energy energy;
+    std::vector<Vector3d> direction, product; ///< p, as the precision holds it, and K p; empty for large bodies
+    double product_scale = 0;
 };
 
 /// reference::energy() with its sums in long double: in double they lose as many digits as what is being checked.
@@ -43,23 +45,42 @@ reference::Energy accurate_energy(const reference::Body& body, const std::vector
     return {static_cast<double>(springs), static_cast<double>(volume)};
 }
 
+/// The reference makes a 24 x 24 block a cell, which takes it longer than all kernels together.
+constexpr std::size_t kMostCellsOfProducts = 5000;
+
 template <class T>
 std::vector<Expected> expected_values(const TestBody& body, unsigned seed) {
     const reference::Body reference = reference_body(body);
     std::mt19937 random(seed);
-    std::vector<Expected> all;
-    for (const double strain : kStrains) {
-        std::uniform_real_distribution<double> uniform(-strain * body.cell_size, strain * body.cell_size);
-        std::vector<Vector3d> u(reference.rest.size());
-        for (Vector3d& v : u) {
+    const auto random_vectors = [&](double bound) {
+        std::uniform_real_distribution<double> uniform(-bound, bound);
+        std::vector<Vector3d> vectors(reference.rest.size());
+        for (Vector3d& v : vectors) {
             for (int axis = 0; axis < 3; ++axis) {
                 v[axis] = uniform(random);
             }
         }
-        u = rounded<T>(u);
+        return rounded<T>(vectors);
+    };
+    std::vector<Expected> all;
+    for (const double strain : kStrains) {
+        const std::vector<Vector3d> u = random_vectors(strain * body.cell_size);
         const std::vector<double> scales = reference::force_scale(reference, u);
-        all.push_back({strain, u, reference::forces(reference, u), *std::max_element(scales.begin(), scales.end()),
-                       accurate_energy(reference, u)});
+        all.push_back({strain,
+                       u,
+                       reference::forces(reference, u),
+                       *std::max_element(scales.begin(), scales.end()),
+                       accurate_energy(reference, u),
+                       {},
+                       {}});
+        if (!body.lattice || body.lattice->cell_count() <= kMostCellsOfProducts) {
+            Expected& expected = all.back();
+            expected.direction = random_vectors(body.cell_size);
+            const std::vector<double> product_scales =
+                reference::hessian_product_scale(reference, u, expected.direction);
+            expected.product = reference::hessian_product(reference, u, expected.direction);
+            expected.product_scale = *std::max_element(product_scales.begin(), product_scales.end());
+        }
     }
     return all;
 }
@@ -70,6 +91,14 @@ double force_error(const ForcePlan<T>& plan, Arrangement arrangement, const Expe
     NodeArray<T> f(arrangement, expected.displacements.size());
     plan.add_forces(u.field(), f.field());
     return max_difference(f.vectors(), expected.forces) / expected.force_scale;
+}
+
+template <class T>
+double product_error(const ForcePlan<T>& plan, Arrangement arrangement, const Expected& expected) {
+    NodeArray<T> u(arrangement, expected.displacements), p(arrangement, expected.direction);
+    NodeArray<T> kp(arrangement, expected.displacements.size());
+    plan.add_hessian_product(u.field(), p.field(), kp.field());
+    return max_difference(kp.vectors(), expected.product) / expected.product_scale;
 }
 
 template <class T>
@@ -96,6 +125,10 @@ void compare(const TestBody& body, const MatrixOptions& options, RowTable& table
             table.record(key, force_error(plan, arrangement, expected) / eps, body.name);
             key.check = "energy";
             table.record(key, energy_error(plan, arrangement, expected) / eps, body.name);
+            if (!expected.product.empty()) {
+                key.check = "hessian product";
+                table.record(key, product_error(plan, arrangement, expected) / eps, body.name);
+            }
         }
     }
 }

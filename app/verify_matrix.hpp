@@ -19,8 +19,8 @@ struct MatrixOptions {
     unsigned seed = 1; ///< of all random bodies and displacements
 };
 
-/// {layout} x {instruction set} x {accuracy} x {float, double} x {bodies} x {variants} x {strains}: forces and
-/// energies, in separate arrays and interleaved ones by turns.
+/// {layout} x {instruction set} x {accuracy} x {float, double} x {bodies} x {variants} x {strains}: forces, energies
+/// and Hessian products, in separate arrays and interleaved ones by turns.
 void run_force_matrix(const MatrixOptions& options, RowTable& table);
 
 /// What must hold besides single values: the forced instruction set runs, forces are added, padding is left alone,

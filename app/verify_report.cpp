@@ -8,13 +8,22 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <iterator>
 
 namespace hybmss::verify {
 namespace {
 
-const Row* energy_of(const RowTable& table, const Row& forces) {
+/// What forces are printed beside.
+constexpr const char* kCompanions[] = {"energy", "hessian product"};
+
+bool is_printed_with_forces(const RowKey& key) {
+    return key.check == "forces" ||
+           std::find(std::begin(kCompanions), std::end(kCompanions), key.check) != std::end(kCompanions);
+}
+
+const Row* companion(const RowTable& table, const Row& forces, const char* check) {
     RowKey key = forces.key;
-    key.check = "energy";
+    key.check = check;
     for (const Row& row : table.rows()) {
         if (row.key == key) {
             return &row;
@@ -36,7 +45,7 @@ void print_properties(const RowTable& table, std::ostream& out) {
     out << fmt::format("{:<13} {:<7} {:<6} {:<7} {:<21} {:>6} {:>9} {:>6}  {:<6}  {}\n", "layout", "isa", "level",
                        "type", "property", "cases", "error", "limit", "result", "worst at");
     for (const Row& row : table.rows()) {
-        if (row.key.check != "forces" && row.key.check != "energy") {
+        if (!is_printed_with_forces(row.key)) {
             out << fmt::format("{} {:<21} {:>6} {}  {:<6}  {}\n", kernel_columns(row.key), row.key.check, row.cases,
                                measure(row), row.passed() ? "pass" : "FAIL", row.worst_body);
         }
@@ -44,19 +53,26 @@ void print_properties(const RowTable& table, std::ostream& out) {
 }
 
 void print_forces(const RowTable& table, std::ostream& out) {
-    out << fmt::format("\n{:<13} {:<7} {:<6} {:<7} {:<21} {:>7} {:>6} {:>9} {:>6} {:>9} {:>6}  {:<6}  {}\n", "layout",
-                       "isa", "level", "type", "variant", "strain", "bodies", "forces", "limit", "energy", "limit",
-                       "result", "worst at");
+    out << fmt::format("\n{:<13} {:<7} {:<6} {:<7} {:<21} {:>7} {:>6} {:>9} {:>6} {:>9} {:>6} {:>9} {:>6}  {:<6}  {}\n",
+                       "layout", "isa", "level", "type", "variant", "strain", "bodies", "forces", "limit", "energy",
+                       "limit", "K p", "limit", "result", "worst at");
     for (const Row& row : table.rows()) {
         if (row.key.check != "forces") {
             continue;
         }
-        const Row* energy = energy_of(table, row);
-        const bool energy_passed = energy != nullptr && energy->passed();
-        out << fmt::format("{} {:<21} {:>7g} {:>6} {} {}  {:<6}  {}\n", kernel_columns(row.key), row.key.variant,
-                           row.key.strain, row.cases, measure(row), energy != nullptr ? measure(*energy) : "",
-                           row.passed() && energy_passed ? "pass" : "FAIL",
-                           row.passed() && !energy_passed && energy != nullptr ? energy->worst_body : row.worst_body);
+        const Row* failed = row.passed() ? nullptr : &row;
+        std::string measures = measure(row);
+        for (const char* check : kCompanions) {
+            const Row* other = companion(table, row, check);
+            measures += ' ';
+            measures += other != nullptr ? measure(*other) : std::string(16, ' ');
+            if (failed == nullptr && other != nullptr && !other->passed()) {
+                failed = other;
+            }
+        }
+        out << fmt::format("{} {:<21} {:>7g} {:>6} {}  {:<6}  {}\n", kernel_columns(row.key), row.key.variant,
+                           row.key.strain, row.cases, measures, failed == nullptr ? "pass" : "FAIL",
+                           failed == nullptr ? row.worst_body : failed->worst_body);
     }
 }
 

@@ -13,7 +13,7 @@
 namespace hybmss::verify {
 
 struct RowKey {
-    std::string check;  ///< "forces", "energy", or one of the properties
+    std::string check;  ///< "forces", "energy", "hessian product", or one of the properties
     std::string layout; ///< as the plan names it
     InstructionSet instruction_set = InstructionSet::automatic;
     Accuracy accuracy = Accuracy::fast;

@@ -10,6 +10,7 @@ struct Tolerance {
     const char* reason;
 };
 
+constexpr double kProducts = 5;
 constexpr double kForces = 5, kCrushedForces = 25, kPositionForces = 25;
 constexpr double kFloatEnergy = 10, kDoubleEnergy = 32;
 
@@ -38,6 +39,9 @@ double tolerance(const RowKey& key) {
             return kCrushedForces;
         }
         return key.precision == "double" && key.layout == "network" ? kPositionForces : kForces;
+    }
+    if (key.check == "hessian product") {
+        return key.precision == "double" && key.layout == "network" ? kPositionForces : kProducts;
     }
     if (key.check == "energy") {
         return key.precision == "float" ? kFloatEnergy : kDoubleEnergy;
@@ -68,6 +72,12 @@ std::vector<std::string> tolerance_legend() {
         "which\n"
         "    are rounded: near the far end of 96 cells that alone is some ten epsilons of an edge. Float takes no "
         "harm.",
+        "hessian product (5): max norm of K p - (K p)_ref for a random p, over the greatest scale of any node: what "
+        "rounding\n"
+        "    u and d once changes K p by, added up in magnitude. It knows how ill-conditioned a crushed spring is, so "
+        "one "
+        "limit\n"
+        "    holds at any strain; double on the layout network (25) as for forces.",
         "energy: |error of the springs' energy| + |error of the volume energy| over the sum of both magnitudes. Float "
         "(10):\n"
         "    roundings of one term, since all terms are summed in double; double (32): the summing itself, a random "
