@@ -1,6 +1,7 @@
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "bench/batch_benchmark.hpp"
+#include "bench/hessian_benchmark.hpp"
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
 #include "bench/scaling_benchmark.hpp"
@@ -19,7 +20,7 @@ struct BenchArguments {
     std::string json, filter, instruction_set = "automatic", layout, accuracy = "fast";
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
-    bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false;
+    bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
 };
 
 /// What is measured, and the words above its table.
@@ -63,6 +64,10 @@ Selection select(const BenchArguments& arguments) {
         return {bench::memory_table(choices), bench::kMemoryIntroduction};
     }
     choices.layouts = layouts(arguments, {"lattice", "network"});
+    if (arguments.hessian) {
+        return {bench::hessian_benchmark(bench::step_rows(choices, arguments.quick), arguments.seconds),
+                bench::kHessianIntroduction};
+    }
     return {bench::step_benchmark(bench::step_rows(choices, arguments.quick), arguments.seconds),
             bench::kStepIntroduction};
 }
@@ -93,10 +98,13 @@ void add_bench_command(CLI::App& app) {
     auto* scaling = command->add_flag("--scaling", arguments->scaling, "instead: cubes of 10^3 to 128^3 cells");
     auto* memory = command->add_flag("--memory", arguments->memory, "instead: bytes per node and cell; times nothing");
     auto* batch = command->add_flag("--batch", arguments->batch, "instead: 64 small bodies stepped side by side");
+    auto* hessian = command->add_flag("--hessian", arguments->hessian,
+                                      "instead: second derivatives times a vector, against the step");
     command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too")->needs(scaling);
     limits->excludes(scaling)->excludes(memory)->excludes(batch);
     scaling->excludes(memory)->excludes(batch);
     memory->excludes(batch);
+    hessian->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch);
     command->add_option("--filter", arguments->filter, "only rows whose name matches this regular expression");
     command
         ->add_option("--isa", arguments->instruction_set, "sse2, avx2, avx512, neon, automatic, or all of this machine")

@@ -37,8 +37,8 @@ std::string mesh_name(const BenchRow& row) {
     return std::to_string(row.mesh[0]) + "x" + std::to_string(row.mesh[1]) + "x" + std::to_string(row.mesh[2]);
 }
 
-std::string name(const BenchRow& row) {
-    return "step/" + mesh_name(row) + "/" + name(row.model) + "/" + row.layout + "/" +
+std::string name(const BenchRow& row, const std::string& operation) {
+    return operation + "/" + mesh_name(row) + "/" + name(row.model) + "/" + row.layout + "/" +
            std::string(name(row.instruction_set)) + "/" + name(row.precision) +
            (row.accuracy == Accuracy::exact ? "/exact" : "") + "/threads:" + std::to_string(row.threads);
 }

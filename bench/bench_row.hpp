@@ -44,8 +44,8 @@ struct RowChoices {
     Accuracy accuracy = Accuracy::fast;
 };
 
-/// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1".
-std::string name(const BenchRow& row);
+/// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1"; `operation` is "step" or "hessian".
+std::string name(const BenchRow& row, const std::string& operation = "step");
 std::string mesh_name(const BenchRow& row); ///< e.g. "10x10x10"
 std::string name(Model model);              ///< "HybMSS", "HybMSS-FD" or "HybMSS-CF"
 std::string name(Precision precision);      ///< "float" or "double"

@@ -48,6 +48,10 @@ Yardstick make_yardstick(const Network& network);
 /// Sets every node's force (N) from springs and cells.
 void compute_forces(Yardstick& body);
 
+/// Sets `product` (N) to K p with K the second derivatives of the energy at the nodes' positions and p (m) `direction`;
+/// both have a vector a node.
+void hessian_product(const Yardstick& body, const std::vector<Vector3>& direction, std::vector<Vector3>& product);
+
 /// Semi-implicit Euler with the damping -c m v taken implicitly: v <- (v + dt f/m) / (1 + dt c), then x <- x + dt v.
 void step(Yardstick& body, double time_step, double mass_damping);
 

@@ -69,6 +69,22 @@ TEST_P(YardstickTest, ForcesAreTheReferences) {
     }
 }
 
+TEST_P(YardstickTest, HessianProductsAreTheReferences) {
+    std::vector<Vector3d> p = random_displacements(u_.size());
+    std::reverse(p.begin(), p.end());
+    std::vector<bench::Vector3> direction, product;
+    for (const Vector3d& v : p) {
+        direction.push_back({v.x(), v.y(), v.z()});
+    }
+    bench::hessian_product(yardstick_, direction, product);
+    const std::vector<Vector3d> expected = reference::hessian_product(body_, u_, p);
+    const std::vector<double> scales = reference::hessian_product_scale(body_, u_, p);
+    const double scale = *std::max_element(scales.begin(), scales.end());
+    for (std::size_t n = 0; n < expected.size(); ++n) {
+        EXPECT_LE((eigen(product[n]) - expected[n]).norm(), kTolerance * scale) << "node " << n;
+    }
+}
+
 TEST_P(YardstickTest, StepsAreTheReferences) {
     StepParameters parameters;
     parameters.time_step = 1e-3;
