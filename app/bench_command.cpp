@@ -5,6 +5,7 @@
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
 #include "bench/scaling_benchmark.hpp"
+#include "bench/solver_benchmark.hpp"
 #include "bench/step_benchmark.hpp"
 
 #include <CLI/CLI.hpp>
@@ -21,6 +22,7 @@ struct BenchArguments {
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
+    bool solvers = false;
 };
 
 /// What is measured, and the words above its table.
@@ -63,6 +65,9 @@ Selection select(const BenchArguments& arguments) {
         choices.layouts = layouts(arguments, bench::row_layouts());
         return {bench::memory_table(choices), bench::kMemoryIntroduction};
     }
+    if (arguments.solvers) {
+        return {bench::solver_benchmark(arguments.large, arguments.threads.front()), bench::kSolverIntroduction};
+    }
     choices.layouts = layouts(arguments, {"lattice", "network"});
     if (arguments.hessian) {
         return {bench::hessian_benchmark(bench::step_rows(choices, arguments.quick), arguments.seconds),
@@ -100,7 +105,13 @@ void add_bench_command(CLI::App& app) {
     auto* batch = command->add_flag("--batch", arguments->batch, "instead: 64 small bodies stepped side by side");
     auto* hessian = command->add_flag("--hessian", arguments->hessian,
                                       "instead: second derivatives times a vector, against the step");
-    command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too")->needs(scaling);
+    command->add_flag("--solvers", arguments->solvers, "instead: preconditioners, and static solves beside CalculiX")
+        ->excludes(limits)
+        ->excludes(scaling)
+        ->excludes(memory)
+        ->excludes(batch)
+        ->excludes(hessian);
+    command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too; with --solvers: 64^3");
     limits->excludes(scaling)->excludes(memory)->excludes(batch);
     scaling->excludes(memory)->excludes(batch);
     memory->excludes(batch);

@@ -14,8 +14,8 @@ public:
 
 private:
     const Potential<T>* potential_ = nullptr;
-    std::vector<Symmetric3<double>> blocks_; ///< by the body's nodes
-    AlignedArray<T> inverse_[6];             ///< by places in the layout; zero where there is no node
+    AlignedArray<T> inverse_[6];        ///< xx, yy, zz, xy, xz, yz by places in the layout; zero where there is no node
+    std::vector<std::uint32_t> places_; ///< of the body's nodes
 };
 
 extern template class BlockJacobi<float>;

@@ -7,8 +7,8 @@
 namespace hybmss {
 
 /// The inverse of a symmetric 3x3 block (xx, xy, xz, yy, yz, zz) on the axes that are not held (bit 0: x, 1: y, 2: z),
-/// zero on the others. Eigenvalues are bounded below by `smallest` of the largest; a block of zeros has the inverse
-/// `of_zero` times one.
+/// zero on the others. Eigenvalues count by their magnitude, at least `smallest` of the largest, so the inverse is
+/// positive definite; a block of zeros has the inverse `of_zero` times one.
 inline std::array<double, 6> bounded_inverse(const std::array<double, 6>& block, unsigned held, double smallest,
                                              double of_zero) {
     Eigen::Matrix3d matrix;
@@ -16,18 +16,20 @@ inline std::array<double, 6> bounded_inverse(const std::array<double, 6>& block,
     const Eigen::Vector3d free(held & 1 ? 0 : 1, held & 2 ? 0 : 1, held & 4 ? 0 : 1);
     matrix = free.asDiagonal() * matrix * free.asDiagonal();
     if (held == 0) {
-        // Most blocks are far from singular: the adjugate will do. Its trace bounds the smallest eigenvalue.
+        // Most blocks are positive definite (Sylvester's criterion) and far from singular: the adjugate will do.
         const double determinant = matrix.determinant(), trace = matrix.trace();
-        if (determinant > 0.01 * trace * trace * trace / 27) {
+        if (trace > 0 && determinant > 0.01 * trace * trace * trace / 27 && matrix(0, 0) > 0 &&
+            matrix(0, 0) * matrix(1, 1) > matrix(0, 1) * matrix(0, 1)) {
             const Eigen::Matrix3d inverse = matrix.inverse();
             return {inverse(0, 0), inverse(0, 1), inverse(0, 2), inverse(1, 1), inverse(1, 2), inverse(2, 2)};
         }
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix);
-    const double largest = solver.eigenvalues()[2];
+    const Eigen::Vector3d magnitudes = solver.eigenvalues().cwiseAbs();
+    const double largest = magnitudes.maxCoeff();
     Eigen::Vector3d values = Eigen::Vector3d::Constant(of_zero);
     if (largest > 0) {
-        values = solver.eigenvalues().cwiseMax(smallest * largest).cwiseInverse();
+        values = magnitudes.cwiseMax(smallest * largest).cwiseInverse();
     }
     Eigen::Matrix3d inverse = solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
     inverse = free.asDiagonal() * inverse * free.asDiagonal();

@@ -4,8 +4,10 @@
 #include "solvers/block_jacobi.hpp"
 #include "solvers/load_stepping.hpp"
 #include "solvers/multigrid.hpp"
+#include "solvers/preconditioner_choice.hpp"
 
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -43,6 +45,8 @@ std::string_view name(EquilibriumStatus status) {
         return "no descent";
     case EquilibriumStatus::unbounded:
         return "unbounded";
+    case EquilibriumStatus::inverted:
+        return "inverted";
     case EquilibriumStatus::not_finite:
         return "not finite";
     case EquilibriumStatus::stopped:
@@ -76,9 +80,9 @@ PreconditionerKind parse_preconditioner(std::string_view text) {
 
 template <class T>
 struct EquilibriumSolver<T>::Implementation {
-    Implementation(PlannedBody<T> made, Network network, const SolidCells& solid)
+    Implementation(PlannedBody<T> made, const BodyScales& scales, const SolidCells& solid)
         : planned(std::move(made)), body(planned.body.get()), state(body->make_state(false)),
-          potential(*body, std::move(network), solid), stepping(potential.space()), minimiser(potential.space()) {}
+          potential(*body, scales, solid), stepping(potential.space()), minimiser(potential.space()) {}
 
     void read(VectorField<const T> displacement) {
         body->write(displacement, 1 / body->length_unit(), state.displacement);
@@ -92,8 +96,11 @@ struct EquilibriumSolver<T>::Implementation {
         potential.prescribe(loading.supports);
         potential.load(loading.forces, loading.acceleration);
     }
-    Preconditioner<T>& choose(PreconditionerKind kind) {
-        if (kind != PreconditionerKind::multigrid) {
+    /// `reach`: see multigrid_pays().
+    Preconditioner<T>& choose(PreconditionerKind kind, double reach = std::numeric_limits<double>::infinity()) {
+        const bool pays =
+            kind == PreconditionerKind::automatic && lattice && multigrid_pays(lattice->first, lattice->second, reach);
+        if (kind != PreconditionerKind::multigrid && !pays) {
             return block_jacobi;
         }
         if (!lattice) {
@@ -104,11 +111,15 @@ struct EquilibriumSolver<T>::Implementation {
         }
         return *multigrid;
     }
+    Preconditioner<T>* plain_beside(const Preconditioner<T>& chosen) {
+        return &chosen == &block_jacobi ? nullptr : &block_jacobi;
+    }
     EquilibriumResult follow(const std::function<void(double)>& prescribe, VectorField<T> displacement,
                              const EquilibriumOptions& options) {
         potential.release();
+        Preconditioner<T>& preconditioner = choose(options.preconditioner);
         EquilibriumResult result =
-            stepping.follow(potential, choose(options.preconditioner), state, prescribe, options);
+            stepping.follow(potential, preconditioner, plain_beside(preconditioner), state, prescribe, options);
         body->read(state.displacement, body->length_unit(), displacement);
         return result;
     }
@@ -128,14 +139,13 @@ struct EquilibriumSolver<T>::Implementation {
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Lattice& lattice, const Material& material, const PlanOptions& options)
     : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::forces),
-                                                       Network::from_lattice(lattice, material),
-                                                       SolidCells::of(lattice))) {
+                                                       BodyScales::of(lattice, material), SolidCells::of(lattice))) {
     implementation_->lattice.emplace(lattice, material);
 }
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Network& network, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces), network,
-                                                       SolidCells::of(network))) {}
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces),
+                                                       BodyScales::of(network), SolidCells::of(network))) {}
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(EquilibriumSolver&&) noexcept = default;
 template <class T>
@@ -228,7 +238,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     i.potential.pull(strength, VectorField<T>::aos(i.target.data(), count));
 
     EquilibriumResult result;
-    Preconditioner<T>& preconditioner = i.choose(options.preconditioner);
+    Preconditioner<T>& preconditioner = i.choose(options.preconditioner, time_step / i.body->critical_time_step());
     result.cg_iterations = i.minimiser.predict(i.potential, preconditioner, i.state);
     MinimiserOptions limits;
     limits.tolerance = options.tolerance;
@@ -238,7 +248,8 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
             return options.progress({1, 1, iteration, result.cg_iterations + cg, residual, energy});
         };
     }
-    const MinimiserResult found = i.minimiser.minimise(i.potential, preconditioner, i.state, limits);
+    const MinimiserResult found =
+        i.minimiser.minimise(i.potential, preconditioner, i.plain_beside(preconditioner), i.state, limits);
     result.status = found.status;
     result.residual = found.residual;
     result.potential = found.potential;

@@ -12,7 +12,7 @@ constexpr double kCut = 0.25, kGrow = 2;
 /// Newton iterations a step: more are a sign to take shorter ones, if that is possible.
 constexpr int kPatience = 40;
 
-std::string failure(const EquilibriumResult& result, double tolerance, bool inverted) {
+std::string failure(const EquilibriumResult& result, double tolerance) {
     std::ostringstream text;
     text << name(result.status);
     switch (result.status) {
@@ -25,15 +25,22 @@ std::string failure(const EquilibriumResult& result, double tolerance, bool inve
     case EquilibriumStatus::no_descent:
         text << ": rounding hides what is left to gain";
         break;
+    case EquilibriumStatus::inverted:
+        text << ": beyond this load only states with cells turned inside out were found";
+        break;
     default:
         break;
-    }
-    if (inverted) {
-        text << "; cells were turned inside out";
     }
     text << " (residual " << result.residual << ", tolerance " << tolerance << ", at " << result.load_fraction
          << " of the loading)";
     return text.str();
+}
+
+/// What to say of a body that nothing holds along an axis.
+std::string falling(int axis) {
+    std::string text = "unbounded: nothing holds the body along x against the resultant of its loads";
+    text[text.find(" x ") + 1] = "xyz"[axis];
+    return text;
 }
 
 } // namespace
@@ -44,26 +51,26 @@ LoadStepping<T>::LoadStepping(const VectorSpace<T>& space)
 }
 
 template <class T>
-EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditioner<T>& preconditioner,
+                                          Preconditioner<T>* plain, State<T>& state,
                                           const std::function<void(double fraction)>& prescribe,
                                           const EquilibriumOptions& options) {
     EquilibriumResult result;
     MutableFieldView<T> u{state.displacement};
     space_->copy(u, last_);
     double worst_before = potential.volume_ratios(state).min;
-    double done = 0, step = options.first_load_step, last_step = 0;
+    double done = 0, step = options.first_load_step, last_step = 0, last_potential = 0;
     bool failed = false;
     for (;;) {
         const double target = done + step > 1 - 1e-9 ? 1.0 : done + step;
         prescribe(target);
         if (const int axis = potential.falling_axis(); axis >= 0) {
             result.status = EquilibriumStatus::unbounded;
-            result.message = std::string("unbounded: nothing holds the body along ") + "xyz"[axis] +
-                             " against the resultant of its loads";
+            result.message = falling(axis);
             break;
         }
         // With cut-backs left, a step need not try for ever.
-        const bool shortest = 0.5 * step < options.smallest_load_step;
+        const bool shortest = kCut * step < options.smallest_load_step;
         if (last_step > 0) {
             const T factor = static_cast<T>((target - done) / last_step);
             space_->for_each([factor](const T& now, const T& before, T& q) { q = now + factor * (now - before); },
@@ -81,7 +88,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
                     {target, result.load_steps, iteration, result.cg_iterations + cg, residual, energy});
             };
         }
-        const MinimiserResult found = minimiser_.minimise(potential, preconditioner, state, limits);
+        const MinimiserResult found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
         ++result.load_steps;
         result.newton_iterations += found.iterations;
         result.cg_iterations += found.cg_iterations;
@@ -105,6 +112,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
             space_->copy(last_, before_last_);
             space_->copy(u, last_);
             worst_before = worst;
+            last_potential = found.potential;
             step = std::min(failed ? step : kGrow * step, 1 - done);
             failed = false;
         } else {
@@ -117,11 +125,15 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
             const bool give_up = found.status == EquilibriumStatus::stopped || step < options.smallest_load_step;
             if (give_up || result.load_steps >= options.load_steps) {
                 if (found.status == EquilibriumStatus::converged) {
-                    result.status = EquilibriumStatus::no_descent;
+                    result.status = EquilibriumStatus::inverted;
                 }
-                result.message = failure(result, options.tolerance, inverted);
                 result.load_fraction = done;
+                result.message = failure(result, options.tolerance);
                 space_->copy(done > 0 ? last_ : first_attempt_, u);
+                const VolumeRatios left = potential.volume_ratios(state);
+                result.potential = done > 0 ? last_potential : result.potential;
+                result.min_cell_volume_ratio = left.min;
+                result.max_cell_volume_ratio = left.max;
                 break;
             }
             space_->copy(last_, u);

@@ -15,8 +15,10 @@ public:
     explicit LoadStepping(const VectorSpace<T>& space);
 
     /// prescribe(fraction) sets the supports and loads of the potential.
-    EquilibriumResult follow(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
-                             const std::function<void(double fraction)>& prescribe, const EquilibriumOptions& options);
+    /// `plain`: see TrustRegion::minimise().
+    EquilibriumResult follow(Potential<T>& potential, Preconditioner<T>& preconditioner, Preconditioner<T>* plain,
+                             State<T>& state, const std::function<void(double fraction)>& prescribe,
+                             const EquilibriumOptions& options);
 
 private:
     const VectorSpace<T>* space_;

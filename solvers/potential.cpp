@@ -1,54 +1,16 @@
 #include "solvers/potential.hpp"
 
-#include "layouts/rest_shape.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
 namespace hybmss {
-namespace {
-
-double largest_spring_force(const Network& network) {
-    double most = 0;
-    for (const Network::Spring& s : network.springs) {
-        most = std::max(most, s.stiffness * std::sqrt(rest_length2(s)));
-    }
-    return most;
-}
-
-double mean_spring_length(const Network& network) {
-    double sum = 0;
-    for (const Network::Spring& s : network.springs) {
-        sum += std::sqrt(rest_length2(s));
-    }
-    return network.springs.empty() ? 1 : sum / static_cast<double>(network.springs.size());
-}
-
-/// The diagonal of the bounding box at rest, m.
-double body_extent(const Network& network) {
-    double square = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-        double low = std::numeric_limits<double>::infinity(), high = -low;
-        for (const auto& x : network.rest_positions) {
-            low = std::min(low, x[c]);
-            high = std::max(high, x[c]);
-        }
-        square += high > low ? (high - low) * (high - low) : 0;
-    }
-    return std::sqrt(square);
-}
-
-} // namespace
-
 template <class T>
-Potential<T>::Potential(const Body<T>& body, Network network, const SolidCells& solid)
-    : body_(&body), space_(body), tangent_(body, network), volumes_(body, solid),
-      force_floor_(1e-9 * largest_spring_force(network)), length_(mean_spring_length(network) / body.length_unit()),
-      extent_(body_extent(network) / body.length_unit()), free_(space_.make()), load_(space_.make()),
-      pull_target_(space_.make()), pull_weight_(space_.make()) {
+Potential<T>::Potential(const Body<T>& body, const BodyScales& scales, const SolidCells& solid)
+    : body_(&body), space_(body), volumes_(body, solid), force_floor_(1e-9 * scales.spring_force),
+      length_(scales.spring_length / body.length_unit()), extent_(scales.extent / body.length_unit()),
+      free_(space_.make()), load_(space_.make()), pull_target_(space_.make()), pull_weight_(space_.make()) {
     prescribe({});
 }
 
@@ -223,7 +185,7 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
 
 template <class T>
 void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out) const {
-    tangent_.multiply(p, out);
+    body_->hessian_product(*linearised_, p.field, out.field);
     if (pull_strength_ > 0) {
         space_.for_each([](const T& weight, const T& x, const T& free, T& y) { y = free * (y + weight * x); },
                         pull_weight_, p, free_, out);

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "solvers/body_scales.hpp"
 #include "solvers/solid_cells.hpp"
-#include "solvers/tangent.hpp"
 #include "solvers/vector_space.hpp"
 
 #include <array>
@@ -34,8 +34,8 @@ struct Balance {
 template <class T>
 class Potential {
 public:
-    /// `network` and `solid` describe the same body; the body is kept by reference.
-    Potential(const Body<T>& body, Network network, const SolidCells& solid);
+    /// `scales` and `solid` describe the same body; the body is kept by reference.
+    Potential(const Body<T>& body, const BodyScales& scales, const SolidCells& solid);
 
     const Body<T>& body() const { return *body_; }
     const VectorSpace<T>& space() const { return space_; }
@@ -74,15 +74,14 @@ public:
     Balance gradient(State<T>& state, NodeVector<T>& gradient) const;
 
     /// Takes second derivatives at `state`, which must stay as it is while they are used.
-    void linearise(State<T>& state) {
-        linearised_ = &state;
-        tangent_.linearise(state);
-    }
+    void linearise(State<T>& state) { linearised_ = &state; }
     /// The displacements of the last linearisation.
     const NodeField<T>& displacement() const { return linearised_->displacement; }
     /// out = second derivatives times p at the last linearisation; zero on held components, where p need not be.
     void multiply(const NodeVector<T>& p, NodeVector<T>& out) const;
-    const Tangent<T>& tangent() const { return tangent_; }
+    /// The diagonal 3x3 blocks of the body's second derivatives there, without the pull: xx, yy, zz, xy, xz, yz by
+    /// places in the layout.
+    void diagonal(AlignedArray<T> (&blocks)[6]) const { body_->hessian_diagonal(*linearised_, blocks); }
 
     VolumeRatios volume_ratios(const State<T>& state) const { return volumes_.ratios(state); }
 
@@ -101,7 +100,6 @@ private:
 
     const Body<T>* body_;
     VectorSpace<T> space_;
-    Tangent<T> tangent_;
     CellVolumes<T> volumes_;
     double force_floor_ = 0, length_ = 1, extent_ = 1;
     NodeVector<T> free_, load_, pull_target_, pull_weight_;

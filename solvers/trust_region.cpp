@@ -61,8 +61,8 @@ long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& precond
 }
 
 template <class T>
-MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
-                                         const MinimiserOptions& options) {
+MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner<T>& preconditioner,
+                                         Preconditioner<T>* plain, State<T>& state, const MinimiserOptions& options) {
     constexpr double kEpsilon = std::numeric_limits<T>::epsilon();
     const double unit = potential.body().length_unit();
     MinimiserResult result;
@@ -77,8 +77,15 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const double scale = std::max({b.support, b.load, start_part, potential.force_floor()});
         return b.unbalanced / scale;
     };
-    double radius = kInfinite, forcing = 0.1, fresh_rate = 0;
-    bool renew = true;
+    // The radius is in a preconditioner's own norm.
+    struct Region {
+        Preconditioner<T>* preconditioner;
+        double radius = kInfinite, fresh_rate = 0;
+        bool renew = true;
+    };
+    Region regions[2] = {{&preconditioner}, {plain}};
+    Region* region = &regions[0];
+    double forcing = 0.1;
     int stalls = 0;
     for (;; ++result.iterations) {
         result.residual = residual_of(balance);
@@ -101,8 +108,9 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         }
 
         potential.linearise(state);
+        auto& [active, radius, fresh_rate, renew] = *region;
         if (renew) {
-            preconditioner.update(potential);
+            active->update(potential);
         }
         // Not further than the tolerance asks.
         const double enough = 0.3 * options.tolerance / result.residual;
@@ -110,7 +118,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
                               .radius = radius,
                               .iterations = 5000,
                               .length = kFirstStep * potential.length()};
-        const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+        const CgResult cg = cg_.solve(potential, *active, gradient_, limits, step_);
         result.cg_iterations += cg.iterations;
         result.negative_curvatures += cg.negative_curvature;
         const double rate = iterations_a_digit(cg, limits.relative_residual);
@@ -118,6 +126,12 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
             fresh_rate = rate;
         }
         renew = cg.negative_curvature || rate > 1.5 * fresh_rate;
+        if (plain && region == &regions[0] && cg.negative_curvature) {
+            region = &regions[1];
+            region->renew = true;
+            region->radius = kInfinite;
+            continue;
+        }
 
         const double longest = space_->largest_component(step_);
         const double size = space_->largest([](const T& x) { return x < 0 ? -x : x; }, u);
@@ -159,6 +173,11 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
                 return result;
             }
             continue;
+        }
+        if (region == &regions[1] && cg.end == CgEnd::converged) {
+            region = &regions[0];
+            region->renew = true;
+            region->radius = kInfinite;
         }
         // Eisenstat and Walker's second choice (SIAM J. Sci. Comput. 17, 1996), from largest forces.
         const double fall = trial_balance.unbalanced / balance.unbalanced;

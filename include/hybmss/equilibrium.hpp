@@ -21,6 +21,7 @@ enum class EquilibriumStatus {
     iterations_exhausted, ///< Newton iterations, or load steps
     no_descent,           ///< rounding hides what is left to gain: the tolerance is below what the precision can tell
     unbounded,            ///< the energy falls without end: no equilibrium is near
+    inverted,             ///< an equilibrium was found, but cells are inside out that were not so at first
     not_finite,           ///< the start, a load or the energy is infinite or NaN
     stopped               ///< the caller's progress function said so
 };
@@ -71,8 +72,10 @@ struct EquilibriumOptions {
 
 struct EquilibriumResult {
     EquilibriumStatus status = EquilibriumStatus::converged;
-    std::string message;      ///< why the solve did not converge, in one line; "" where it did
-    double residual = 0;      ///< the largest unbalanced force over the largest support force or load
+    std::string message; ///< why the solve did not converge, in one line; "" where it did
+    /// The largest unbalanced force over the largest support force or load; where the solve failed, of its last
+    /// attempt.
+    double residual = 0;
     double potential = 0;     ///< J: energy of the body less the work of the loads (and what drives an implicit step)
     double load_fraction = 0; ///< how far the loading was followed: 1 where all went well
     int load_steps = 0, failed_load_steps = 0;

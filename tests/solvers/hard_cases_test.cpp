@@ -125,6 +125,18 @@ TEST(HardCases, ACompressedRodBuckles) {
     EXPECT_GT(largest(u), 2 * kCellSize);
 }
 
+/// Without a volume energy (nu = 1/4) half the height crushes the springs' cells; the state left is not inverted.
+TEST(HardCases, CrushedCellsEndTheSolve) {
+    const Lattice lattice = Lattice::box(4, 4, 4, kCellSize);
+    EquilibriumSolver<double> solver(lattice, {});
+    Field<double> u(solver.node_count());
+    const auto result = solver.solve(plates(lattice, translated({0, -0.7 * 4 * kCellSize, 0})), view(u));
+    EXPECT_EQ(result.status, EquilibriumStatus::inverted) << name(result.status);
+    EXPECT_GT(result.min_cell_volume_ratio, 0);
+    EXPECT_GT(result.load_fraction, 0.2);
+    EXPECT_LT(result.load_fraction, 1);
+}
+
 TEST(HardCases, AScrambledBodyRecovers) {
     const Lattice lattice = Lattice::box(4, 4, 4, kCellSize);
     EquilibriumSolver<double> solver(lattice, {});

@@ -4,6 +4,7 @@
 #include "solvers/block_jacobi.hpp"
 #include "solvers/conjugate_gradients.hpp"
 #include "solvers/multigrid.hpp"
+#include "solvers/preconditioner_choice.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,8 +17,8 @@ template <class T>
 struct Linear {
     Linear(const Lattice& given, const Material& m, const std::string& layout = "")
         : lattice(given), material(m), body(make_body<T>(lattice, material, {.layout = layout})),
-          potential(*body, Network::from_lattice(lattice, material), SolidCells::of(lattice)),
-          state(body->make_state(false)), gradient(potential.space().make()), step(potential.space().make()) {}
+          potential(*body, BodyScales::of(lattice, material), SolidCells::of(lattice)), state(body->make_state(false)),
+          gradient(potential.space().make()), step(potential.space().make()) {}
 
     /// CG iterations for random forces on the free components.
     int iterations(Preconditioner<T>& preconditioner, unsigned seed = 3) {
@@ -123,6 +124,21 @@ TEST(Preconditioners, BothFindTheSameEquilibrium) {
         EXPECT_LT(3 * multigrid.cg_iterations, jacobi.cg_iterations);
         compress<float>(PreconditionerKind::multigrid, nu, 1e-4);
     }
+}
+
+TEST(Preconditioners, TheChoiceFollowsSizeAndMaterial) {
+    const auto pays = [](int n, double nu) {
+        return multigrid_pays(Lattice::box(n, n, n, 0.5), {.poisson_ratio = nu});
+    };
+    EXPECT_FALSE(pays(10, 0.25));
+    EXPECT_TRUE(pays(64, 0.25));
+    EXPECT_TRUE(pays(32, 0.499));
+    EXPECT_FALSE(multigrid_pays(Lattice::box(64, 64, 64, 0.5), {}, 10));
+}
+
+/// The volume's pressure right after a step turns the matrix indefinite; multigrid must not lose its way in that.
+TEST(Preconditioners, StiffVolumesTakeFewNewtonIterations) {
+    EXPECT_LE(compress<double>(PreconditionerKind::multigrid, 0.499, 1e-8).newton_iterations, 20);
 }
 
 TEST(Preconditioners, MultigridIsForLattices) {
