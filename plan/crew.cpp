@@ -75,7 +75,7 @@ Crew::Crew(int threads) : board_(std::make_shared<Board>()), arena_(std::make_un
 Crew::~Crew() {
     const std::lock_guard lock(board_->mutex);
     board_->run = nullptr;
-    ++board_->calls;
+    board_->announced = ++board_->calls;
 }
 
 void Crew::Board::help(std::size_t seat) {
@@ -95,9 +95,9 @@ void Crew::Board::help(std::size_t seat) {
         at_hand->work(seat);
         at_hand.reset();
         const Clock::time_point leave = Clock::now() + kLinger;
-        while (linger && calls.load(std::memory_order_relaxed) == answered && Clock::now() < leave) {
+        while (linger && announced.load(std::memory_order_relaxed) == answered && Clock::now() < leave) {
             SpinWait wait(100);
-            for (int turn = 0; turn < 101 && calls.load(std::memory_order_relaxed) == answered; ++turn) {
+            for (int turn = 0; turn < 101 && announced.load(std::memory_order_relaxed) == answered; ++turn) {
                 wait.turn();
             }
         }
@@ -106,10 +106,11 @@ void Crew::Board::help(std::size_t seat) {
 
 void Crew::call(const std::shared_ptr<StagedRun>& run) {
     std::vector<std::size_t> empty;
+    std::uint64_t number = 0;
     {
         const std::lock_guard lock(board_->mutex);
         board_->run = run;
-        ++board_->calls;
+        number = ++board_->calls;
         for (std::size_t seat = 1; seat < board_->taken.size(); ++seat) {
             if (!board_->taken[seat]) {
                 board_->taken[seat] = true;
@@ -117,6 +118,7 @@ void Crew::call(const std::shared_ptr<StagedRun>& run) {
             }
         }
     }
+    board_->announced.store(number, std::memory_order_relaxed);
     for (const std::size_t seat : empty) {
         try {
             Invitation::send(arena_->arena, std::make_unique<Invitation>(Invitation{board_, seat}));

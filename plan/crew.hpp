@@ -33,9 +33,11 @@ private:
     /// What helpers see, and own together with the crew: they may leave after it has gone.
     struct Board {
         std::mutex mutex;
-        std::atomic<std::uint64_t> calls{0}; ///< how often a run was put up; changed under the mutex
-        std::shared_ptr<StagedRun> run;      ///< null: go home
-        std::vector<bool> taken;             ///< seats of helpers that are here or on their way
+        std::uint64_t calls = 0; ///< how often a run was put up
+        /// The same, set a little later: helpers that stay watch it, and the mutex is free by then.
+        std::atomic<std::uint64_t> announced{0};
+        std::shared_ptr<StagedRun> run; ///< null: go home
+        std::vector<bool> taken;        ///< seats of helpers that are here or on their way
         bool linger = true;
 
         void help(std::size_t seat);

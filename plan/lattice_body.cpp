@@ -13,10 +13,12 @@ using kernels::StepConstants;
 
 namespace {
 
-/// Slabs of at least three layers, at most sixteen of them: a join costs about a twentieth of a layer. A power of two,
-/// so that two, four and eight threads get equal shares.
-std::vector<std::size_t> divide_into_slabs(std::size_t layers) {
-    const std::size_t slabs = std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, 16));
+/// Slabs of at least three layers, at most sixteen of them: a join costs about a twentieth of a layer, and what crosses
+/// from core to core far more; so no more of them either than threads that are of use, but two where there are layers
+/// enough. A power of two, so that two, four and eight threads get equal shares.
+std::vector<std::size_t> divide_into_slabs(std::size_t layers, std::size_t nodes) {
+    const std::size_t of_use = std::clamp<std::size_t>(1 + nodes / kNodesPerThread, 2, 16);
+    const std::size_t slabs = std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
     std::vector<std::size_t> begin;
     for (std::size_t s = 0; s <= slabs; ++s) {
         begin.push_back(layers * s / slabs);
@@ -44,7 +46,7 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
     : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count()))), layout_(lattice, material),
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       face_diagonals_(material.face_diagonal_ratio > 0), volume_(kernel_volume(resolved_volume_energy(material))),
-      accuracy_(options.accuracy), slab_begin_(divide_into_slabs(layout_.planes - 1)),
+      accuracy_(options.accuracy), slab_begin_(divide_into_slabs(layout_.planes - 1, lattice.grid_node_count())),
       critical_time_step_(lattice_critical_time_step(lattice, material)),
       springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
 

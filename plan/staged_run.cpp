@@ -30,6 +30,12 @@ private:
     bool before_;
 };
 
+int pauses_of(int workers) {
+    // The standard library reads a file to answer: longer than a step of a small body.
+    static const unsigned cores = std::thread::hardware_concurrency();
+    return static_cast<unsigned>(workers) > cores ? kPausesWithoutCore : kPauses;
+}
+
 std::uint64_t pack(std::uint32_t round, std::uint64_t begin, std::uint64_t end) {
     return std::uint64_t{round} << 32 | begin << 16 | end;
 }
@@ -52,8 +58,7 @@ void run_alone(std::span<const Stage> stages, long rounds) noexcept {
 }
 
 StagedRun::StagedRun(std::span<const Stage> stages, long rounds, int workers)
-    : stages_(stages), workers_(static_cast<std::size_t>(workers)),
-      pauses_(static_cast<unsigned>(workers) > std::thread::hardware_concurrency() ? kPausesWithoutCore : kPauses) {
+    : stages_(stages), workers_(static_cast<std::size_t>(workers)), pauses_(pauses_of(workers)) {
     for (std::size_t s = 0; s < stages.size(); ++s) {
         const std::size_t pieces = stages[s].pieces;
         if (pieces > 0) {

@@ -35,7 +35,6 @@ int useful_threads(int wanted, std::size_t nodes) {
         throw std::invalid_argument("threads = " + std::to_string(wanted) +
                                     " is not allowed: it must be at least 0 (0: all of the machine)");
     }
-    constexpr std::size_t kNodesPerThread = 2048;
     const auto useful = static_cast<int>(std::min<std::size_t>(1 + nodes / kNodesPerThread, 1024));
     return std::min(wanted == 0 ? tbb::info::default_concurrency() : wanted, useful);
 }

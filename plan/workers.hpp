@@ -36,6 +36,9 @@ private:
     std::unique_ptr<Crew> crew_;
 };
 
+/// A thread's share of a body, at least.
+inline constexpr std::size_t kNodesPerThread = 2048;
+
 /// The threads a body of `nodes` nodes takes, of the `wanted` (0: all of the machine): a small body's pieces are
 /// shorter than the time it takes to hand them out.
 int useful_threads(int wanted, std::size_t nodes);
