@@ -49,6 +49,15 @@ void row(std::string_view label, const std::string& value) {
     fmt::print("  {:<20} {}\n", label, value);
 }
 
+/// The guaranteed bound and the sharp estimate of the stable step at rest.
+std::string critical_step_text(const Simulation& simulation) {
+    const ForcePlan<double> plan(simulation.lattice(), simulation.scene().material);
+    const std::vector<double> rest(3 * plan.node_count(), 0.0);
+    const double sharp =
+        plan.estimate_critical_time_step(VectorField<const double>::aos(rest.data(), plan.node_count()));
+    return fmt::format("{:.6g} s guaranteed, {:.6g} s estimated, at rest", simulation.critical_time_step(), sharp);
+}
+
 void explain_solver(const Simulation& simulation) {
     const Solver& solver = simulation.scene().solver;
     fmt::print("solver\n");
@@ -57,8 +66,7 @@ void explain_solver(const Simulation& simulation) {
     row("tolerance", solver.tolerance ? fmt::format("{:g} (as given)", *solver.tolerance)
                                       : std::string("1e-8, float 1e-4 (none given)"));
     row("load steps", fmt::format("the first is 1/{} of the loading; smaller ones where one fails", solver.load_steps));
-    row("critical time step",
-        fmt::format("{:.6g} s, if it were solved by symplectic-euler", simulation.critical_time_step()));
+    row("critical time step", critical_step_text(simulation) + ", if it were solved by symplectic-euler");
 }
 
 void explain_time(Simulation& simulation) {
@@ -66,7 +74,7 @@ void explain_time(Simulation& simulation) {
     const bool implicit = scene.solver.method == SolverMethod::backward_euler;
     fmt::print("time\n");
     row("method", std::string(name(scene.solver.method)));
-    row("critical time step", fmt::format("{:.6g} s", simulation.critical_time_step()));
+    row("critical time step", critical_step_text(simulation));
     row("time step", fmt::format("{:.6g} s ({})", simulation.time_step(),
                                  scene.solver.time_step ? "as given"
                                  : implicit             ? "chosen: 14 times the critical one"

@@ -1,7 +1,9 @@
 #include "hybmss/force_plan.hpp"
 
+#include "plan/largest_eigenvalue.hpp"
 #include "plan/planned_body.hpp"
 
+#include <cmath>
 #include <mutex>
 #include <vector>
 
@@ -99,6 +101,26 @@ void ForcePlan<T>::hessian_diagonal(VectorField<const T> displacement, std::span
 template <class T>
 double ForcePlan<T>::critical_time_step() const {
     return implementation_->body->critical_time_step();
+}
+
+/// With q = M^(1/2) p the eigenvalues of M^-1 K are those of the symmetric M^(-1/2) K M^(-1/2).
+template <class T>
+double ForcePlan<T>::estimate_critical_time_step(VectorField<const T> displacement) const {
+    const std::span<const double> mass = implementation_->body->masses();
+    const std::size_t size = 3 * mass.size();
+    std::vector<T> direction(size), product(size);
+    const auto multiply = [&](std::span<const double> in, std::span<double> out) {
+        for (std::size_t i = 0; i < size; ++i) {
+            direction[i] = static_cast<T>(in[i] / std::sqrt(mass[i / 3]));
+            product[i] = 0;
+        }
+        add_hessian_product(displacement, VectorField<const T>::aos(direction.data(), mass.size()),
+                            VectorField<T>::aos(product.data(), mass.size()));
+        for (std::size_t i = 0; i < size; ++i) {
+            out[i] = static_cast<double>(product[i]) / std::sqrt(mass[i / 3]);
+        }
+    };
+    return 2 / std::sqrt(largest_eigenvalue(size, multiply));
 }
 
 template <class T>
