@@ -43,44 +43,47 @@ CellStiffness::CellStiffness(const Material& material, double h)
     share_[3] = k.cube_diagonal * h;
 }
 
-// k [t+ I + min(1 - t, 1) n n^T],  t = 1 - l/|d|
-void CellStiffness::add_springs(const double (&u)[8][3], double scale, CellMatrix& matrix) const {
+// k [t+ I + min(1 - t, 1) n n^T],  t = 1 - l/|d|. Between two corners there is one spring, so blocks off the diagonal
+// are set and only those on it are sums.
+void CellStiffness::set_springs(const double (&u)[8][3], double scale, CellMatrix& matrix) const {
+    constexpr float kLength[4] = {0, 1, 1.41421356f, 1.73205081f};
+    float at[8][3], diagonal[8][9] = {};
+    for (unsigned a = 0; a < 8; ++a) {
+        for (unsigned c = 0; c < 3; ++c) {
+            at[a][c] = static_cast<float>(0.5 * side(a, c) + u[a][c]);
+        }
+    }
     for (unsigned a = 0; a < 8; ++a) {
         for (unsigned b = a + 1; b < 8; ++b) {
             const auto axes = static_cast<std::size_t>(std::popcount(a ^ b));
-            if (share_[axes] == 0) {
-                continue;
+            const float d[3] = {at[b][0] - at[a][0], at[b][1] - at[a][1], at[b][2] - at[a][2]};
+            const float square = std::max(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1e-6f);
+            const float t = 1 - kLength[axes] / std::sqrt(square);
+            const auto k = static_cast<float>(scale * share_[axes]);
+            const float across = k * std::max(t, 0.0f), along = k * std::min(1 - t, 1.0f) / square;
+            float entry[9];
+            for (std::size_t e = 0; e < 9; ++e) {
+                entry[e] = along * d[e / 3] * d[e % 3] + (e % 4 == 0 ? across : 0.0f);
             }
-            double d[3], square = 0;
-            for (unsigned c = 0; c < 3; ++c) {
-                d[c] = 0.5 * (side(b, c) - side(a, c)) + u[b][c] - u[a][c];
-                square += d[c] * d[c];
-            }
-            square = std::max(square, 1e-6);
-            const double length = std::sqrt(square), t = 1 - std::sqrt(static_cast<double>(axes)) / length;
-            const double k = scale * share_[axes], across = k * std::max(t, 0.0),
-                         along = k * std::min(1 - t, 1.0) / square;
-            for (std::size_t i = 0; i < 3; ++i) {
-                for (std::size_t j = 0; j < 3; ++j) {
-                    const auto entry = static_cast<float>(along * d[i] * d[j] + (i == j ? across : 0));
-                    matrix.block[a][a][3 * i + j] += entry;
-                    matrix.block[b][b][3 * i + j] += entry;
-                    matrix.block[a][b][3 * i + j] -= entry;
-                    matrix.block[b][a][3 * i + j] -= entry;
-                }
+            for (std::size_t e = 0; e < 9; ++e) {
+                matrix.block[a][b][e] = -entry[e];
+                matrix.block[b][a][e] = -entry[e];
+                diagonal[a][e] += entry[e];
+                diagonal[b][e] += entry[e];
             }
         }
+    }
+    for (std::size_t a = 0; a < 8; ++a) {
+        std::copy_n(diagonal[a], 9, matrix.block[a][a]);
     }
 }
 
 void CellStiffness::springs_at_rest(CellMatrix& matrix) const {
-    matrix = {};
-    add_springs({}, 1, matrix);
+    set_springs({}, 1, matrix);
 }
 
 void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrix& matrix, CellShape& shape) const {
-    matrix = {};
-    add_springs(u, scale, matrix);
+    set_springs(u, scale, matrix);
     double edges[9]; // a, b, c
     for (unsigned e = 0; e < 3; ++e) {
         for (unsigned c = 0; c < 3; ++c) {

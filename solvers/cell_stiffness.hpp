@@ -34,7 +34,7 @@ public:
     void springs_at_rest(CellMatrix& matrix) const;
 
 private:
-    void add_springs(const double (&displacement)[8][3], double scale, CellMatrix& matrix) const;
+    void set_springs(const double (&displacement)[8][3], double scale, CellMatrix& matrix) const;
 
     double share_[4]; ///< k h of a cell's share of a spring, by the number of axes along which its ends differ
     double kappa_;    ///< kappa h^2

@@ -185,7 +185,7 @@ void CoarseLevel::estimate_spectrum() {
         return std::sqrt(sum);
     };
     double before = norm(x);
-    for (int iteration = 0; iteration < 8 && before > 0; ++iteration) {
+    for (int iteration = 0; iteration < 10 && before > 0; ++iteration) {
         multiply(x, y);
         precondition(y, x);
         const double after = norm(x);
@@ -194,7 +194,7 @@ void CoarseLevel::estimate_spectrum() {
         for_each([scale](float& value) { value *= scale; }, x);
         before = after > 0 ? 1 : 0;
     }
-    highest_ = size > 0 ? 1.15 * size : 1;
+    highest_ = size > 0 ? 1.2 * size : 1;
 }
 
 void CoarseLevel::smooth(bool from_zero, const GridVector& b, GridVector& x, int degree, double low_part) {

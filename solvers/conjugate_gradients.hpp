@@ -5,7 +5,13 @@
 namespace hybmss {
 
 /// Why a run of conjugate gradients ended.
-enum class CgEnd { converged, boundary, negative_curvature, iterations, stagnated };
+enum class CgEnd {
+    converged,
+    boundary,
+    negative_curvature,
+    iterations,
+    stagnated ///< at the start already: the gradient is zero, or r . B r is not positive
+};
 
 struct CgLimits {
     double relative_residual = 1e-8; ///< of the preconditioned residual's norm sqrt(r . B r)

@@ -131,9 +131,9 @@ struct Multigrid<T>::FineLevel {
 
     /// The largest eigenvalue of B K by power iteration; starts from where the last call ended.
     void estimate_spectrum() {
-        int iterations = 4;
+        int iterations = 5;
         if (highest == 0) {
-            iterations = 10;
+            iterations = 15;
             unsigned state = 1;
             for (const Node& node : nodes) {
                 for (std::size_t c = 0; c < 3; ++c) {
@@ -154,7 +154,7 @@ struct Multigrid<T>::FineLevel {
             space->for_each([scale](T& x) { x *= scale; }, guess);
             before = after > 0 ? 1 : 0;
         }
-        highest = 1.15 * size;
+        highest = 1.2 * size;
     }
 
     Multigrid* multigrid;

@@ -15,8 +15,8 @@ bool multigrid_pays(const Lattice& lattice, const Material& material, double rea
     const bool volume = resolved_volume_energy(material) != VolumeEnergy::none;
     const double stiff = volume ? std::max(volume_modulus(material) / shear_modulus(material), 0.0) : 0.0;
     const double length = static_cast<double>(longest) * longest / shortest;
-    const double jacobi = 10 * std::min(length * std::sqrt(1 + stiff), reach);
-    const double multigrid = (300 + 130 * std::pow(1 + stiff, 0.43)) * box / filled;
+    const double jacobi = 9.2 * std::min(length * std::pow(1 + stiff, 0.44), reach);
+    const double multigrid = (300 + 130 * std::pow(1 + stiff, 0.48)) * box / filled;
     return jacobi > multigrid;
 }
 

@@ -109,6 +109,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
 
         potential.linearise(state);
         auto& [active, radius, fresh_rate, renew] = *region;
+        const bool fresh = renew;
         if (renew) {
             active->update(potential);
         }
@@ -121,12 +122,17 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const CgResult cg = cg_.solve(potential, *active, gradient_, limits, step_);
         result.cg_iterations += cg.iterations;
         result.negative_curvatures += cg.negative_curvature;
+        if (cg.end == CgEnd::stagnated && !fresh) {
+            // Not positive any more: the matrix has moved too far away.
+            renew = true;
+            continue;
+        }
         const double rate = iterations_a_digit(cg, limits.relative_residual);
         if (renew) {
             fresh_rate = rate;
         }
         renew = cg.negative_curvature || rate > 1.5 * fresh_rate;
-        if (plain && region == &regions[0] && cg.negative_curvature) {
+        if (plain && region == &regions[0] && (cg.negative_curvature || cg.end == CgEnd::stagnated)) {
             region = &regions[1];
             region->renew = true;
             region->radius = kInfinite;
