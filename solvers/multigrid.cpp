@@ -25,7 +25,7 @@ double volume_to_shear(const Material& material) {
 
 /// Three terms; more where the volume is stiff, as each digit of stiffness slows the smoother down.
 int smoother_degree(double ratio) {
-    return ratio <= kStiffVolume ? 3 : 3 + static_cast<int>(std::lround(2 * std::log10(ratio)));
+    return ratio <= kStiffVolume ? 3 : 3 + static_cast<int>(std::ceil(2 * std::log10(ratio)));
 }
 
 /// The part of cell c's displacement component (F (w x s))_a by which corner s turns: s x (F^T g).

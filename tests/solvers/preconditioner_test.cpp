@@ -60,8 +60,8 @@ TEST(Preconditioners, MultigridDoesNotSeeTheMesh) {
     EXPECT_LE(multigrid_iterations(Lattice::box(16, 16, 16, 0.5), 0.25), 8);
     EXPECT_LE(multigrid_iterations(Lattice::box(13, 17, 11, 0.5), 0.25), 9);
     EXPECT_LE(multigrid_iterations(Lattice::box(8, 8, 8, 0.5), 0), 8);
-    EXPECT_LE(multigrid_iterations(Lattice::box(8, 8, 8, 0.5), 0.499), 15);
-    EXPECT_LE(multigrid_iterations(Lattice::box(16, 16, 16, 0.5), 0.499), 20);
+    EXPECT_LE(multigrid_iterations(Lattice::box(8, 8, 8, 0.5), 0.499), 14);
+    EXPECT_LE(multigrid_iterations(Lattice::box(16, 16, 16, 0.5), 0.499), 18);
 }
 
 /// Holes, corners that touch, odd sizes, stiffness contrasts and rods, by lattice and by network layout.
