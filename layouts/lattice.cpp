@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -21,9 +22,11 @@ void check_shape(const std::array<int, 3>& cells, double cell_size) {
     if (nodes > 1e9) {
         throw std::invalid_argument("cells make " + std::to_string(nodes) + " grid nodes: at most 1e9 are allowed");
     }
-    if (!(cell_size > 0) || !std::isfinite(cell_size)) {
-        throw std::invalid_argument("cell_size = " + std::to_string(cell_size) +
-                                    " is not allowed: it must be finite and above 0");
+    // Its cube must leave masses and volumes finite in float.
+    if (!(cell_size >= 1e-9 && cell_size <= 1e9)) {
+        std::ostringstream message;
+        message << "cell_size = " << cell_size << " is not allowed: it must be at least 1e-9 and at most 1e9 m";
+        throw std::invalid_argument(message.str());
     }
 }
 

@@ -9,6 +9,26 @@
 #include <string>
 
 namespace hybmss {
+namespace {
+
+[[noreturn]] void refuse(const char* what, std::size_t node, double value) {
+    throw std::invalid_argument(std::string(what) + " of node " + std::to_string(node) + " = " + std::to_string(value) +
+                                " is not allowed: it must be finite");
+}
+
+/// A motion would carry one bad number to every node, and tell of it only much later.
+template <class T>
+void check_finite(const VectorField<const T>& in, const char* what) {
+    for (const T* component : {in.x, in.y, in.z}) {
+        for (std::size_t n = 0; n < in.size; ++n) {
+            if (const T value = component[static_cast<std::ptrdiff_t>(n) * in.stride]; !std::isfinite(value)) {
+                refuse(what, n, static_cast<double>(value));
+            }
+        }
+    }
+}
+
+} // namespace
 
 template <class T>
 struct ExplicitDynamics<T>::Implementation {
@@ -64,6 +84,12 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
         const std::size_t index = body.index_of(p.node);
         for (std::size_t c = 0; c < 3; ++c) {
             if (p.axes >> c & 1) {
+                if (!std::isfinite(p.displacement[c])) {
+                    refuse("prescribed displacement", p.node, p.displacement[c]);
+                }
+                if (!std::isfinite(p.velocity[c])) {
+                    refuse("prescribed velocity", p.node, p.velocity[c]);
+                }
                 components.push_back({index, static_cast<int>(c), static_cast<T>(p.displacement[c] * scale),
                                       static_cast<T>(p.velocity[c] * scale)});
             }
@@ -120,10 +146,12 @@ void ExplicitDynamics<T>::get_velocities(VectorField<T> out) const {
 }
 template <class T>
 void ExplicitDynamics<T>::set_displacements(VectorField<const T> in) {
+    check_finite(in, "displacement");
     implementation_->set(in, implementation_->state.displacement);
 }
 template <class T>
 void ExplicitDynamics<T>::set_velocities(VectorField<const T> in) {
+    check_finite(in, "velocity");
     implementation_->set(in, implementation_->state.velocity);
 }
 template <class T>

@@ -31,8 +31,11 @@ std::string failure(const EquilibriumResult& result, double tolerance) {
     default:
         break;
     }
-    text << " (residual " << result.residual << ", tolerance " << tolerance << ", at " << result.load_fraction
-         << " of the loading)";
+    text << " (";
+    if (std::isfinite(result.residual)) {
+        text << "residual " << result.residual << ", ";
+    }
+    text << "tolerance " << tolerance << ", at " << result.load_fraction << " of the loading)";
     return text.str();
 }
 

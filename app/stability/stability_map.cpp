@@ -15,14 +15,14 @@ bool stable(const std::optional<Wave>& wave) {
 }
 
 /// From rest towards `end`: the first unstable stretch of a scan, then bisected.
-Threshold threshold(const Material& material, Loading loading, double end) {
+Threshold threshold(const Material& material, Stretching stretching, double end) {
     const double sign = end > 1 ? 1 : -1;
     double good = 1, bad = end;
     // A little beyond rest first: a lattice without face diagonals is lost at once on one side.
     double next = 1 + sign * 1e-4;
     std::optional<Wave> wave;
     for (;;) {
-        wave = weakest_wave_at(material, loading, next);
+        wave = weakest_wave_at(material, stretching, next);
         if (!stable(wave)) {
             bad = next;
             break;
@@ -35,7 +35,7 @@ Threshold threshold(const Material& material, Loading loading, double end) {
     }
     while (std::abs(bad - good) > kStretchTolerance) {
         const double middle = (good + bad) / 2;
-        const auto there = weakest_wave_at(material, loading, middle);
+        const auto there = weakest_wave_at(material, stretching, middle);
         (stable(there) ? good : bad) = middle;
         if (!stable(there)) {
             wave = there;
@@ -56,22 +56,22 @@ Material map_material(double poisson_ratio, double face_diagonal_ratio, VolumeEn
     return material;
 }
 
-std::optional<Wave> weakest_wave_at(const Material& material, Loading loading, double stretch) {
-    const auto diagonal = stretches(material, loading, stretch);
+std::optional<Wave> weakest_wave_at(const Material& material, Stretching stretching, double stretch) {
+    const auto diagonal = stretches(material, stretching, stretch);
     if (!diagonal) {
         return std::nullopt;
     }
     return weakest_wave(reference::HomogeneousLattice(material, diagonal->asDiagonal()), shear_modulus(material));
 }
 
-StableRange stable_range(const Material& material, Loading loading) {
-    return {threshold(material, loading, kLeastStretch), threshold(material, loading, kGreatestStretch)};
+StableRange stable_range(const Material& material, Stretching stretching) {
+    return {threshold(material, stretching, kLeastStretch), threshold(material, stretching, kGreatestStretch)};
 }
 
 std::vector<MapRow> stability_map(const std::function<void(double)>& progress) {
     constexpr std::array kEnergies = {VolumeEnergy::mean_stretch, VolumeEnergy::quadratic};
-    constexpr double kCount =
-        static_cast<double>(kEnergies.size() * kPoissonRatios.size() * kFaceDiagonalRatios.size() * kLoadings.size());
+    constexpr double kCount = static_cast<double>(kEnergies.size() * kPoissonRatios.size() *
+                                                  kFaceDiagonalRatios.size() * kStretchings.size());
     std::vector<MapRow> rows;
     double done = 0;
     for (const VolumeEnergy energy : kEnergies) {
@@ -79,8 +79,8 @@ std::vector<MapRow> stability_map(const std::function<void(double)>& progress) {
             for (const double ratio : kFaceDiagonalRatios) {
                 MapRow& row = rows.emplace_back();
                 row.material = map_material(nu, ratio, energy);
-                for (std::size_t l = 0; l < kLoadings.size(); ++l) {
-                    row.ranges[l] = stable_range(row.material, kLoadings[l]);
+                for (std::size_t l = 0; l < kStretchings.size(); ++l) {
+                    row.ranges[l] = stable_range(row.material, kStretchings[l]);
                     progress(++done / kCount);
                 }
             }
@@ -98,23 +98,23 @@ std::vector<MapSheet> stability_sheets(const std::function<void(double)>& progre
     for (int s = 0; s < kStretches; ++s) {
         all_stretches.push_back(0.4 + 0.05 * s);
     }
-    constexpr double kCount = static_cast<double>(kFaceDiagonalRatios.size() * kLoadings.size()) * kRatios;
+    constexpr double kCount = static_cast<double>(kFaceDiagonalRatios.size() * kStretchings.size()) * kRatios;
     std::vector<MapSheet> sheets;
     double done = 0;
-    for (const Loading loading : kLoadings) {
+    for (const Stretching stretching : kStretchings) {
         for (const double ratio : kFaceDiagonalRatios) {
             MapSheet& sheet = sheets.emplace_back();
-            sheet = {ratio, loading, ratios, all_stretches, {}, {}, {}};
+            sheet = {ratio, stretching, ratios, all_stretches, {}, {}, {}};
             for (const double nu : ratios) {
                 const Material material = map_material(nu, ratio, VolumeEnergy::automatic);
                 for (const double stretch : all_stretches) {
-                    const auto wave = weakest_wave_at(material, loading, stretch);
+                    const auto wave = weakest_wave_at(material, stretching, stretch);
                     sheet.relative_stiffness.push_back(wave ? wave->relative_stiffness
                                                             : std::numeric_limits<double>::quiet_NaN());
                 }
-                sheet.ranges.push_back(stable_range(material, loading));
+                sheet.ranges.push_back(stable_range(material, stretching));
                 sheet.quadratic_ranges.push_back(
-                    stable_range(map_material(nu, ratio, VolumeEnergy::quadratic), loading));
+                    stable_range(map_material(nu, ratio, VolumeEnergy::quadratic), stretching));
                 progress(++done / kCount);
             }
         }

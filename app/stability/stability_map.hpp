@@ -3,7 +3,7 @@
 /// \file
 /// Where the homogeneous lattice itself is stable, over Poisson's ratio, A and stretch.
 
-#include "app/stability/loading.hpp"
+#include "app/stability/stretching.hpp"
 #include "app/stability/weakest_wave.hpp"
 
 #include <array>
@@ -26,7 +26,7 @@ inline constexpr double kNeutral = 1e-9;
 Material map_material(double poisson_ratio, double face_diagonal_ratio, VolumeEnergy volume_energy);
 
 /// One state: empty where the loading has no homogeneous state.
-std::optional<Wave> weakest_wave_at(const Material& material, Loading loading, double stretch);
+std::optional<Wave> weakest_wave_at(const Material& material, Stretching stretching, double stretch);
 
 /// One end of the range of stable stretches around rest.
 struct Threshold {
@@ -38,12 +38,12 @@ struct Threshold {
 struct StableRange {
     Threshold low, high;
 };
-StableRange stable_range(const Material& material, Loading loading);
+StableRange stable_range(const Material& material, Stretching stretching);
 
-/// One material's ranges, in the order of kLoadings.
+/// One material's ranges, in the order of kStretchings.
 struct MapRow {
     Material material;
-    std::array<StableRange, kLoadings.size()> ranges;
+    std::array<StableRange, kStretchings.size()> ranges;
 };
 
 /// Rows for every nu, A and both volume energies. `progress` gets the share done.
@@ -52,7 +52,7 @@ std::vector<MapRow> stability_map(const std::function<void(double)>& progress);
 /// The values of one panel of the picture.
 struct MapSheet {
     double face_diagonal_ratio;
-    Loading loading;
+    Stretching stretching;
     std::vector<double> poisson_ratios, stretches;
     /// Of the weakest wave, with the automatic volume energy, stretches fastest; NaN where the loading has no state.
     std::vector<double> relative_stiffness;

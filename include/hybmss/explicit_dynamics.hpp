@@ -48,19 +48,23 @@ public:
 
     std::size_t node_count() const;
 
-    /// Replaces the list of prescribed nodes; their state is set at once, and again after every step.
+    /// Replaces the list of prescribed nodes; their state is set at once, and again after every step. Throws
+    /// std::invalid_argument for a node that is not there and for numbers that are not finite.
     void prescribe(std::span<const PrescribedNode> nodes);
 
     /// Replaces the list of loads; several on one node add up. Throws std::invalid_argument for a node that does not
     /// exist or a force that is not finite. Steps of a body without loads cost nothing for it.
     void load(std::span<const NodalLoad> loads);
 
-    /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, or a negative
-    /// damping.
+    /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, an acceleration
+    /// that is not finite, or a negative damping. A step above the critical one is taken, as larger ones may do where
+    /// the body is stretched: the motion may then grow without bound, in the end to numbers that are not finite, and the
+    /// energies with it.
     void step(const StepParameters& parameters, long count = 1);
 
     void get_displacements(VectorField<T> out) const;
     void get_velocities(VectorField<T> out) const;
+    /// Throw std::invalid_argument where the size differs or a number is not finite, and change nothing then.
     void set_displacements(VectorField<const T> in);
     void set_velocities(VectorField<const T> in);
     /// Sets (not adds) the internal forces at the present displacements.

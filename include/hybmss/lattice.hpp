@@ -25,7 +25,7 @@ struct SpringCounts {
 /// are those of them that touch a cell, numbered in the same order. A box has all of them.
 class Lattice {
 public:
-    /// A full box. Throws std::invalid_argument unless all counts are >= 1 and cell_size is finite and > 0.
+    /// A full box. Throws std::invalid_argument unless all counts are >= 1 and cell_size is in [1e-9, 1e9] m.
     static Lattice box(int nx, int ny, int nz, double cell_size);
 
     /// Cells with the given scales (nx * ny * nz values, finite and >= 0).

@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kTolerance = 1e-4; // of a bisected stretch
 
-double relative_stiffness(const Material& material, Loading loading, double stretch) {
-    const auto wave = weakest_wave_at(material, loading, stretch);
+double relative_stiffness(const Material& material, Stretching stretching, double stretch) {
+    const auto wave = weakest_wave_at(material, stretching, stretch);
     EXPECT_TRUE(wave.has_value());
     return wave ? wave->relative_stiffness : NAN;
 }
 
 TEST(StabilityMap, SpringsAloneAreStableAtRest) {
-    EXPECT_GT(relative_stiffness(map_material(0.25, 1, VolumeEnergy::automatic), Loading::confined, 1), 0.1);
+    EXPECT_GT(relative_stiffness(map_material(0.25, 1, VolumeEnergy::automatic), Stretching::confined, 1), 0.1);
 }
 
 /// At rest no wave has less than none, whatever the material; without face diagonals some have none at all.
@@ -27,7 +27,7 @@ TEST(StabilityMap, RestIsNeverUnstable) {
     for (const double nu : kPoissonRatios) {
         for (const double ratio : kFaceDiagonalRatios) {
             const double stiffness =
-                relative_stiffness(map_material(nu, ratio, VolumeEnergy::automatic), Loading::dilation, 1);
+                relative_stiffness(map_material(nu, ratio, VolumeEnergy::automatic), Stretching::dilation, 1);
             if (ratio > 0) {
                 EXPECT_GT(stiffness, 0.01) << "nu = " << nu << ", A = " << ratio;
             } else {
@@ -39,12 +39,12 @@ TEST(StabilityMap, RestIsNeverUnstable) {
 
 /// Without face diagonals the least compression starts the checkerboard wave; held sides leave tension neutral.
 TEST(StabilityMap, WithoutFaceDiagonalsCompressionIsLostAtOnce) {
-    for (const Loading loading : kLoadings) {
-        const StableRange range = stable_range(map_material(0.25, 0, VolumeEnergy::automatic), loading);
+    for (const Stretching stretching : kStretchings) {
+        const StableRange range = stable_range(map_material(0.25, 0, VolumeEnergy::automatic), stretching);
         EXPECT_TRUE(range.low.reached);
         EXPECT_EQ(range.low.stretch, 1);
         EXPECT_FALSE(range.low.wave.is_long);
-        EXPECT_EQ(range.high.reached, loading == Loading::bar); // whose sides contract
+        EXPECT_EQ(range.high.reached, stretching == Stretching::bar); // whose sides contract
     }
 }
 
@@ -56,7 +56,7 @@ TEST(StabilityMap, QuadraticEnergyUnderDilationIsLostWhereItsClosedFormSays) {
         s = std::pow(5 - 2 / s, 0.25);
     }
     for (const double ratio : {0.1, 1.0, 10.0}) {
-        const StableRange range = stable_range(map_material(0, ratio, VolumeEnergy::quadratic), Loading::dilation);
+        const StableRange range = stable_range(map_material(0, ratio, VolumeEnergy::quadratic), Stretching::dilation);
         EXPECT_TRUE(range.high.reached);
         EXPECT_TRUE(range.high.wave.is_long);
         EXPECT_NEAR(range.high.stretch, s, kTolerance);
@@ -67,9 +67,9 @@ TEST(StabilityMap, QuadraticEnergyUnderDilationIsLostWhereItsClosedFormSays) {
 TEST(StabilityMap, MeanStretchIsStableUnderTensionBelowAQuarter) {
     for (const double nu : {-0.9, -0.5, 0.0}) {
         for (const double ratio : {0.1, 1.0, 10.0}) {
-            for (const Loading loading : kLoadings) {
-                const StableRange range = stable_range(map_material(nu, ratio, VolumeEnergy::mean_stretch), loading);
-                EXPECT_FALSE(range.high.reached) << "nu = " << nu << ", A = " << ratio << ", " << name(loading);
+            for (const Stretching stretching : kStretchings) {
+                const StableRange range = stable_range(map_material(nu, ratio, VolumeEnergy::mean_stretch), stretching);
+                EXPECT_FALSE(range.high.reached) << "nu = " << nu << ", A = " << ratio << ", " << name(stretching);
             }
         }
     }
@@ -79,16 +79,16 @@ TEST(StabilityMap, MeanStretchIsStableUnderTensionBelowAQuarter) {
 TEST(StabilityMap, QuadraticEnergyHoldsNoBarBelowAQuarter) {
     for (const auto& [nu, stretch] : {std::pair(0.0, 1.2), std::pair(-0.5, 1.05)}) {
         const Material quadratic = map_material(nu, 1, VolumeEnergy::quadratic);
-        EXPECT_FALSE(stretches(quadratic, Loading::bar, stretch).has_value());
-        EXPECT_TRUE(stretches(quadratic, Loading::bar, 1 + 0.8 * (stretch - 1)).has_value());
-        EXPECT_TRUE(stretches(map_material(nu, 1, VolumeEnergy::mean_stretch), Loading::bar, stretch).has_value());
+        EXPECT_FALSE(stretches(quadratic, Stretching::bar, stretch).has_value());
+        EXPECT_TRUE(stretches(quadratic, Stretching::bar, 1 + 0.8 * (stretch - 1)).has_value());
+        EXPECT_TRUE(stretches(map_material(nu, 1, VolumeEnergy::mean_stretch), Stretching::bar, stretch).has_value());
     }
 }
 
 /// A little stretch moves the sides of a bar by -nu of it.
 TEST(StabilityMap, FreeSidesFollowPoissonsRatio) {
     for (const double nu : kPoissonRatios) {
-        const auto diagonal = stretches(map_material(nu, 1, VolumeEnergy::automatic), Loading::bar, 1 + 1e-6);
+        const auto diagonal = stretches(map_material(nu, 1, VolumeEnergy::automatic), Stretching::bar, 1 + 1e-6);
         ASSERT_TRUE(diagonal.has_value());
         EXPECT_NEAR((*diagonal)[0] - 1, -nu * 1e-6, 1e-10);
         EXPECT_NEAR((*diagonal)[2] - 1, -nu * 1e-6, 1e-10);

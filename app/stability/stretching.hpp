@@ -12,17 +12,17 @@
 
 namespace hybmss::stability {
 
-enum class Loading {
+enum class Stretching {
     bar,      ///< stretched along y, the sides free: no stress along x and z
     confined, ///< stretched along y, the sides held
     dilation  ///< stretched alike along x, y and z
 };
-inline constexpr std::array kLoadings = {Loading::bar, Loading::confined, Loading::dilation};
+inline constexpr std::array kStretchings = {Stretching::bar, Stretching::confined, Stretching::dilation};
 
-std::string_view name(Loading loading);
+std::string_view name(Stretching stretching);
 
 /// The diagonal of F. For `bar` the sides are followed from rest in small steps of the stretch: the result is empty
 /// from where on no homogeneous state that is a minimum over the two side stretches continues them.
-std::optional<reference::Vector3d> stretches(const Material& material, Loading loading, double stretch);
+std::optional<reference::Vector3d> stretches(const Material& material, Stretching stretching, double stretch);
 
 } // namespace hybmss::stability

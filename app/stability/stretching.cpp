@@ -1,4 +1,4 @@
-#include "app/stability/loading.hpp"
+#include "app/stability/stretching.hpp"
 
 #include "reference/homogeneous_lattice.hpp"
 
@@ -55,22 +55,22 @@ std::optional<Vector2d> relaxed_sides(const Material& material, double stretch, 
 
 } // namespace
 
-std::string_view name(Loading loading) {
-    switch (loading) {
-    case Loading::bar:
+std::string_view name(Stretching stretching) {
+    switch (stretching) {
+    case Stretching::bar:
         return "bar";
-    case Loading::confined:
+    case Stretching::confined:
         return "confined";
     default:
         return "dilation";
     }
 }
 
-std::optional<Vector3d> stretches(const Material& material, Loading loading, double stretch) {
-    if (loading == Loading::confined) {
+std::optional<Vector3d> stretches(const Material& material, Stretching stretching, double stretch) {
+    if (stretching == Stretching::confined) {
         return Vector3d(1, stretch, 1);
     }
-    if (loading == Loading::dilation) {
+    if (stretching == Stretching::dilation) {
         return Vector3d(stretch, stretch, stretch);
     }
     Vector2d sides(1, 1);
