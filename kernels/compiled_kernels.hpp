@@ -14,6 +14,8 @@ namespace hybmss::kernels {
     extern const LatticeHessianKernels<double> kLatticeHessianDouble;                                                  \
     extern const PackedHessianKernels<float> kPackedHessianFloat;                                                      \
     extern const PackedHessianKernels<double> kPackedHessianDouble;                                                    \
+    extern const RunHessianKernels<float> kRunsHessianFloat;                                                           \
+    extern const RunHessianKernels<double> kRunsHessianDouble;                                                         \
     extern const RecordHessianKernels<float> kRecordsHessianFloat;                                                     \
     extern const RecordHessianKernels<double> kRecordsHessianDouble;                                                   \
     extern const SoaHessianKernels<float> kSoaHessianFloat;                                                            \
@@ -22,6 +24,8 @@ namespace hybmss::kernels {
     extern const SoaKernels<double> kSoaDouble;                                                                        \
     extern const PackedKernels<float> kPackedFloat;                                                                    \
     extern const PackedKernels<double> kPackedDouble;                                                                  \
+    extern const RunKernels<float> kRunsFloat;                                                                         \
+    extern const RunKernels<double> kRunsDouble;                                                                       \
     extern const RecordKernels<float> kRecordsFloat;                                                                   \
     extern const RecordKernels<double> kRecordsDouble;                                                                 \
     }

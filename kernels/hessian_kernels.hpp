@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/hessian_arguments.hpp"
-#include "layouts/network_blocks.hpp"
+#include "kernels/network_kernels.hpp"
 
 namespace hybmss::kernels {
 
@@ -37,6 +37,9 @@ struct NetworkHessianKernels {
 
 template <class T>
 using PackedHessianKernels = NetworkHessianKernels<T, SpringBlock<T>, CellBlock<T>>;
+/// Of one SpringRuns or CellRuns; the entries are runs.
+template <class T>
+using RunHessianKernels = NetworkHessianKernels<T, SpringRuns<T>, CellRuns<T>>;
 template <class T>
 using RecordHessianKernels = NetworkHessianKernels<T, SpringRecord<T>, CellRecord<T>>;
 

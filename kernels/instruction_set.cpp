@@ -26,15 +26,17 @@ struct Entry {
      &kernels::set::kLatticeHessianFloat,                                                                              \
      &kernels::set::kSoaFloat,                                                                                         \
      &kernels::set::kPackedFloat,                                                                                      \
+     &kernels::set::kRunsFloat,                                                                                        \
      &kernels::set::kRecordsFloat,                                                                                     \
      &kernels::set::kSoaHessianFloat,                                                                                  \
      &kernels::set::kPackedHessianFloat,                                                                               \
+     &kernels::set::kRunsHessianFloat,                                                                                 \
      &kernels::set::kRecordsHessianFloat},                                                                             \
     {                                                                                                                  \
         InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kLatticeHessianDouble,                      \
-            &kernels::set::kSoaDouble, &kernels::set::kPackedDouble, &kernels::set::kRecordsDouble,                    \
-            &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,                                     \
-            &kernels::set::kRecordsHessianDouble                                                                       \
+            &kernels::set::kSoaDouble, &kernels::set::kPackedDouble, &kernels::set::kRunsDouble,                       \
+            &kernels::set::kRecordsDouble, &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,      \
+            &kernels::set::kRunsHessianDouble, &kernels::set::kRecordsHessianDouble                                    \
     }
 
 // Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence

@@ -17,9 +17,11 @@ struct KernelTable {
     const LatticeHessianKernels<T>* lattice_hessian;
     const SoaKernels<T>* soa;
     const PackedKernels<T>* packed;
+    const RunKernels<T>* runs;
     const RecordKernels<T>* records;
     const SoaHessianKernels<T>* soa_hessian;
     const PackedHessianKernels<T>* packed_hessian;
+    const RunHessianKernels<T>* runs_hessian;
     const RecordHessianKernels<T>* records_hessian;
 };
 

@@ -18,7 +18,33 @@ struct NetworkKernels {
     void (*integrate[2])(const PackedNodes<T>&, const StepConstants<T>&, Range begin, Range end);
 };
 
-/// Layout packed-xyzw.
+/// Runs of springs and what they refer to (network_blocks.hpp); those from the same low nodes follow each other.
+template <class T>
+struct SpringRuns {
+    const SpringRun* runs;
+    const SpringRunShape<T>* shapes;
+    const LaneValues<T>* stiffnesses;
+};
+template <class T>
+struct CellRuns {
+    const CellRun* runs;
+    const CellRunShape<T>* shapes;
+    const LaneValues<T>* kappas;
+};
+
+/// The kernels for runs [begin, end) of a network whose nodes are packed.
+template <class T>
+struct RunKernels {
+    using Range = std::ptrdiff_t;
+    int vector_lanes; ///< of the vectors that the runs must be laid out for
+    void (*springs[kAccuracyCount])(const SpringRuns<T>&, const PackedNodes<T>&, Range begin, Range end);
+    void (*cells[kVolumeCount])(const CellRuns<T>&, const PackedNodes<T>&, Range begin, Range end); ///< none: null
+    double (*spring_energy)(const SpringRuns<T>&, const PackedNodes<T>&, Range begin, Range end);
+    double (*cell_energy[kVolumeCount])(const CellRuns<T>&, const PackedNodes<T>&, Range begin,
+                                        Range end); ///< none: null
+};
+
+/// Layout packed-xyzw: its runs, and its blocks.
 template <class T>
 using PackedKernels = NetworkKernels<T, SpringBlock<T>, CellBlock<T>>;
 /// Layout aos.

@@ -92,20 +92,10 @@ struct BlockVolume {
     V dilation;
 };
 
-/// The mean edges of a field at the corners of cells: how a, b and c change with it.
+/// A mean of four edges is a quarter of a signed sum over the cube diagonals 0-7, 1-6, 2-5, 3-4, formed before anything
+/// is transposed.
 template <class V>
-HYBMSS_INLINE void mean_edges(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* field,
-                              Vector3<V> (&edges)[3]) {
-    // A mean of four edges is a quarter of a signed sum over the cube diagonals, formed before anything is transposed.
-    V diagonal[4][4];
-    for (int corner = 0; corner < 4; ++corner) {
-        V low[4];
-        load_quads(field, block.node[corner] + lane, low);
-        load_quads(field, block.node[7 - corner] + lane, diagonal[corner]);
-        for (int j = 0; j < 4; ++j) {
-            diagonal[corner][j] = diagonal[corner][j] - low[j];
-        }
-    }
+HYBMSS_INLINE void mean_edges(const V (&diagonal)[4][4], Vector3<V> (&edges)[3]) {
     V mean[3][4];
     const V quarter = splat<V>(Scalar<V>(0.25));
     for (int j = 0; j < 4; ++j) {
@@ -121,22 +111,63 @@ HYBMSS_INLINE void mean_edges(const CellBlock<Scalar<V>>& block, int lane, const
     }
 }
 
+/// The mean edges of a field at the corners of cells: how a, b and c change with it.
 template <class V>
-HYBMSS_INLINE BlockVolume<V> block_volume(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* u) {
-    Vector3<V> change[3], rest[3];
-    mean_edges(block, lane, u, change);
+HYBMSS_INLINE void mean_edges(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* field,
+                              Vector3<V> (&edges)[3]) {
+    V diagonal[4][4];
+    for (int corner = 0; corner < 4; ++corner) {
+        V low[4];
+        load_quads(field, block.node[corner] + lane, low);
+        load_quads(field, block.node[7 - corner] + lane, diagonal[corner]);
+        for (int j = 0; j < 4; ++j) {
+            diagonal[corner][j] = diagonal[corner][j] - low[j];
+        }
+    }
+    mean_edges(diagonal, edges);
+}
+
+/// From the changes of the mean edges; `shapes` has the rest shapes.
+template <class V, class Shapes>
+HYBMSS_INLINE BlockVolume<V> deformed_volume(const Shapes& shapes, int lane, const Vector3<V> (&change)[3]) {
+    Vector3<V> rest[3];
     for (int edge = 0; edge < 3; ++edge) {
-        rest[edge] = {load_lanes<V>(block.rest_edge[3 * edge] + lane),
-                      load_lanes<V>(block.rest_edge[3 * edge + 1] + lane),
-                      load_lanes<V>(block.rest_edge[3 * edge + 2] + lane)};
+        rest[edge] = {load_lanes<V>(shapes.rest_edge[3 * edge] + lane),
+                      load_lanes<V>(shapes.rest_edge[3 * edge + 1] + lane),
+                      load_lanes<V>(shapes.rest_edge[3 * edge + 2] + lane)};
     }
     const Vector3<V>&da = change[0], &db = change[1], &dc = change[2];
     const Vector3<V> a = rest[0] + da, b = rest[1] + db, c = rest[2] + dc;
     BlockVolume<V> cell{a, b, c, cross(b, c), cross(c, a), cross(a, b), {}};
     // V' - V0 = da.(b x c) + a0.(db x c) + a0.(b0 x dc), each term of the first order in the displacement.
     cell.dilation = (dot(da, cell.bc) + dot(rest[0], cross(db, c) + cross(rest[1], dc))) *
-                    load_lanes<V>(block.inverse_volume + lane);
+                    load_lanes<V>(shapes.inverse_volume + lane);
     return cell;
+}
+
+template <class V>
+HYBMSS_INLINE BlockVolume<V> block_volume(const CellBlock<Scalar<V>>& block, int lane, const Scalar<V>* u) {
+    Vector3<V> change[3];
+    mean_edges(block, lane, u, change);
+    return deformed_volume(block, lane, change);
+}
+
+/// The forces on the corners 0, 1, 2, 3, as quads; those on 7, 6, 5, 4 are opposite.
+template <Volume volume, class V>
+HYBMSS_INLINE void corner_forces(const BlockVolume<V>& cell, V kappa, V (&force)[4][4]) {
+    const V pressure = kappa * splat<V>(Scalar<V>(0.25)) * volume_slope<volume>(cell.dilation);
+    // Three transpositions back; the four pairs of corners are signed sums of what they give.
+    V bc[4], ca[4], ab[4];
+    vector_to_quads(scaled(pressure, cell.bc), bc);
+    vector_to_quads(scaled(pressure, cell.ca), ca);
+    vector_to_quads(scaled(pressure, cell.ab), ab);
+    for (int j = 0; j < 4; ++j) {
+        const V plus = bc[j] + ca[j], minus = bc[j] - ca[j];
+        force[0][j] = plus + ab[j];
+        force[1][j] = ab[j] - minus;
+        force[2][j] = minus + ab[j];
+        force[3][j] = ab[j] - plus;
+    }
 }
 
 /// f_i -= kappa phi'(J) dV'/dx_i, dV'/dx_i = 1/4 (+-(b x c) +- (c x a) +- (a x b)), for the cells of such blocks.
@@ -146,22 +177,9 @@ void packed_cells(const CellBlock<Scalar<V>>* blocks, const PackedNodes<Scalar<V
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         const CellBlock<Scalar<V>>& block = blocks[i];
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
-            const BlockVolume<V> cell = block_volume<V>(block, lane, nodes.displacement);
-            const V pressure =
-                load_lanes<V>(block.kappa + lane) * splat<V>(Scalar<V>(0.25)) * volume_slope<volume>(cell.dilation);
-            // Three transpositions back; the four pairs of corners are signed sums of what they give.
-            V bc[4], ca[4], ab[4];
-            vector_to_quads(scaled(pressure, cell.bc), bc);
-            vector_to_quads(scaled(pressure, cell.ca), ca);
-            vector_to_quads(scaled(pressure, cell.ab), ab);
-            V force[4][4]; // on the corners 0, 1, 2, 3; those on 7, 6, 5, 4 are opposite
-            for (int j = 0; j < 4; ++j) {
-                const V plus = bc[j] + ca[j], minus = bc[j] - ca[j];
-                force[0][j] = plus + ab[j];
-                force[1][j] = ab[j] - minus;
-                force[2][j] = minus + ab[j];
-                force[3][j] = ab[j] - plus;
-            }
+            V force[4][4];
+            corner_forces<volume>(block_volume<V>(block, lane, nodes.displacement), load_lanes<V>(block.kappa + lane),
+                                  force);
             for (int corner = 0; corner < 4; ++corner) {
                 accumulate_quads<true>(force[corner], nodes.force, block.node[corner] + lane);
                 accumulate_quads<false>(force[corner], nodes.force, block.node[7 - corner] + lane);

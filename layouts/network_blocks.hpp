@@ -26,6 +26,54 @@ struct alignas(64) CellBlock {
     T inverse_volume[kBlockItems]; ///< 1 / V0
 };
 
+/// Which node of a run stands at `position` in the rows of a run. Vectors of nodes in a row, transposed within groups
+/// of four lanes, do not come out in the order of the nodes: with four vectors of `groups` quads each, lane 4 g + j is
+/// node groups j + g.
+constexpr std::size_t lane_of_row(std::size_t position, int vector_lanes) {
+    const auto lanes = static_cast<std::size_t>(vector_lanes), groups = lanes / 4;
+    if (groups < 2) {
+        return position;
+    }
+    const std::size_t within = position % lanes;
+    return position - within + groups * (within % 4) + within / 4;
+}
+
+/// Sixteen numbers, one a lane.
+template <class T>
+struct alignas(64) LaneValues {
+    T lane[kBlockItems];
+};
+
+/// The rest vectors of a run's springs, as in SpringBlock; a lane without a spring repeats that of another.
+template <class T>
+struct alignas(64) SpringRunShape {
+    T rest[3][kBlockItems];
+    T inverse_length2[kBlockItems];
+};
+
+/// Springs between sixteen nodes in a row and sixteen others in a row: from the i-th of the ones to the i-th of the
+/// others. `low` and `high` are the first nodes' first elements; shape and stiffness lie in arrays of their own, since
+/// many runs have the same.
+struct SpringRun {
+    std::int32_t low, high;
+    std::uint32_t shape;     ///< which SpringRunShape
+    std::uint32_t stiffness; ///< which LaneValues: k, 0 where there is no spring
+};
+
+/// The rest shapes of a run's cells, as in CellBlock.
+template <class T>
+struct alignas(64) CellRunShape {
+    T rest_edge[9][kBlockItems];
+    T inverse_volume[kBlockItems];
+};
+
+/// Cells likewise: corner c of the i-th cell is the i-th node after node[c].
+struct CellRun {
+    std::int32_t node[8];
+    std::uint32_t shape; ///< which CellRunShape
+    std::uint32_t kappa; ///< which LaneValues: kappa, 0 where there is no cell
+};
+
 /// One spring as a struct, as people write it first; `a` and `b` as above.
 template <class T>
 struct SpringRecord {
@@ -48,6 +96,8 @@ struct CellRecord {
 struct NetworkTile {
     std::size_t spring_begin, spring_end;
     std::size_t cell_begin, cell_end;
+    std::size_t spring_run_begin = 0, spring_run_end = 0;
+    std::size_t cell_run_begin = 0, cell_run_end = 0;
 };
 
 } // namespace hybmss

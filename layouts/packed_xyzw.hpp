@@ -16,10 +16,16 @@ namespace hybmss {
 ///
 ///     nodes:   | x y z 0 | x y z 0 | ...  one load and one store a node; a vector of nodes is four loads a quarter
 ///                                         vector each, transposed in registers to x.., y.., z..
-///     springs: | block: a x16 | b x16 | rest x, y, z x16 each | k x16 | 1/l^2 x16 | block | ...
+///     runs:    | low, high, shape, stiffness | ...    sixteen springs from nodes in a row to nodes in a row
+///     shapes:  | rest x, y, z x16 each | 1/l^2 x16 | ...   stiffnesses: | k x16 | ...   each kept once
+///     blocks:  | a x16 | b x16 | rest x, y, z x16 each | k x16 | 1/l^2 x16 | ...   all other springs
 ///     tiles:   | colour 0: tile 3, tile 7, ... | colour 1: tile 0, ... |
-///                          |  \_ cell blocks of the tile
-///                          \____ spring blocks of the tile
+///                           \_ spring runs, spring blocks, cell runs, cell blocks of the tile
+///
+/// Where a mesh is regular, be it only piece by piece, the b - a of neighbouring springs are equal: such a run
+/// (item_runs.hpp) is plain loads of whole vectors, and its low nodes are loaded and stored once for all runs from
+/// them. A run is sixteen bytes, and nothing else where its shape and stiffnesses are those of others: a byte a spring,
+/// where a spring in a block takes seven numbers.
 ///
 /// Nodes keep the caller's numbering where it is one in space; else they are numbered row by row, like a lattice
 /// (row_order.hpp). A Z curve (Morton order) was tried and lost: tiles touch fewer nodes, but each of them many memory
@@ -28,15 +34,23 @@ namespace hybmss {
 /// occurs twice (conflict_free_blocks.hpp); tiles of one colour share no node (tile_coloring.hpp). Sizes depend on the
 /// body alone.
 ///
-/// Gaps in blocks are springs and cells of stiffness zero that begin and end at the tile's own dummy node, which
-/// follows the body's nodes: nobody else touches it, and what is added there is zero.
+/// Gaps in runs are springs and cells of stiffness zero between the nodes that are there; behind the body's nodes
+/// sixteen follow for them that belong to nobody. Gaps in blocks are springs and cells of stiffness zero that begin and
+/// end at the tile's own dummy node, which follows these: nobody else touches it, and what is added there is zero.
 template <class T>
 struct PackedXyzw {
-    explicit PackedXyzw(const Network& network);
+    /// \param vector_lanes of the kernels that will read it; it decides the order of a run's lanes (lane_of_row)
+    explicit PackedXyzw(const Network& network, int vector_lanes = 1);
 
     /// order[i] is the caller's node at place i; empty where the order is the caller's.
     std::vector<std::uint32_t> order;
     std::vector<std::uint32_t> place; ///< the inverse
+    AlignedArray<SpringRun> spring_runs;
+    AlignedArray<SpringRunShape<T>> spring_run_shapes;
+    AlignedArray<LaneValues<T>> stiffnesses;
+    AlignedArray<CellRun> cell_runs;
+    AlignedArray<CellRunShape<T>> cell_run_shapes;
+    AlignedArray<LaneValues<T>> kappas;
     AlignedArray<SpringBlock<T>> springs;
     AlignedArray<CellBlock<T>> cells;
     std::vector<NetworkTile> tiles;       ///< colour after colour; in blocks

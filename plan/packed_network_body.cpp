@@ -4,28 +4,9 @@
 #include "plan/plan_description.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace hybmss {
 namespace {
-
-/// The name of a layout, its kernels in a table, and what its kernels' names begin with.
-template <class T>
-struct Facts;
-template <class T>
-struct Facts<PackedXyzw<T>> {
-    static constexpr const char *kLayout = "packed-xyzw", *kKernels = "packed";
-    static constexpr int kMostThreads = std::numeric_limits<int>::max();
-    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.packed; }
-    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.packed_hessian; }
-};
-template <class T>
-struct Facts<ArrayOfStructs<T>> {
-    static constexpr const char *kLayout = "aos", *kKernels = "record";
-    static constexpr int kMostThreads = 1;
-    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
-    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.records_hessian; }
-};
 
 std::ptrdiff_t signed_index(std::size_t i) {
     return static_cast<std::ptrdiff_t>(i);
@@ -47,11 +28,12 @@ std::vector<Stage> tile_stages(const Layout& layout, const Visit& visit) {
 
 template <class T, class Layout>
 PackedNetworkBody<T, Layout>::PackedNetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(std::min(useful_threads(options.threads, network.masses.size()), Facts<Layout>::kMostThreads))),
-      layout_(network), run_{0, 0, layout_.node_count},
-      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
-      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
-      accuracy_(options.accuracy), critical_time_step_(network_critical_time_step(network)) {}
+    : Body<T>(Workers(
+          std::min(useful_threads(options.threads, network.masses.size()), NetworkTiles<Layout>::kMostThreads))),
+      choice_{&kernels::kernel_table<T>(resolve(options.instruction_set)), options.accuracy,
+              network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)},
+      layout_(NetworkTiles<Layout>::layout(network, *choice_.table)), run_{0, 0, layout_.node_count},
+      critical_time_step_(network_critical_time_step(network)) {}
 
 template <class T, class Layout>
 State<T> PackedNetworkBody<T, Layout>::make_state(bool moving) const {
@@ -79,14 +61,8 @@ void PackedNetworkBody<T, Layout>::clear_forces(State<T>& state) const {
 
 template <class T, class Layout>
 std::vector<Stage> PackedNetworkBody<T, Layout>::accumulate(const kernels::PackedNodes<T>& nodes) const {
-    const auto& kernels = Facts<Layout>::kernels(*table_);
-    const auto springs = kernels.springs[static_cast<int>(accuracy_)];
-    const auto cells = kernels.cells[static_cast<int>(volume_)];
     return tile_stages(layout_, [=, this](const NetworkTile& tile) {
-        springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
-        if (cells) {
-            cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
-        }
+        NetworkTiles<Layout>::add_forces(layout_, choice_, tile, nodes);
     });
 }
 
@@ -98,17 +74,10 @@ void PackedNetworkBody<T, Layout>::compute_forces(State<T>& state) const {
 
 template <class T, class Layout>
 PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
-    const auto& kernels = Facts<Layout>::kernels(*table_);
     const auto nodes = packed_nodes(state);
     std::vector<PotentialEnergy> energies(layout_.tiles.size());
     this->workers().run(layout_.tiles.size(), [&](std::size_t t, std::size_t) {
-        const NetworkTile& tile = layout_.tiles[t];
-        energies[t].springs = kernels.spring_energy(layout_.springs.data(), nodes, signed_index(tile.spring_begin),
-                                                    signed_index(tile.spring_end));
-        if (const auto cell_energy = kernels.cell_energy[static_cast<int>(volume_)]) {
-            energies[t].volume =
-                cell_energy(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
-        }
+        energies[t] = NetworkTiles<Layout>::energy(layout_, choice_, layout_.tiles[t], nodes);
     });
     PotentialEnergy sum;
     for (const PotentialEnergy& e : energies) {
@@ -124,15 +93,8 @@ void PackedNetworkBody<T, Layout>::hessian_product(State<T>& state, const NodeFi
     this->allocate_like(state.displacement, product);
     std::fill_n(product[0].data(), product[0].size(), T(0));
     const kernels::PackedHessian<T> nodes{state.displacement[0].data(), direction[0].data(), product[0].data()};
-    const auto& kernels = Facts<Layout>::hessian_kernels(*table_);
-    const auto springs = kernels.spring_product[static_cast<int>(accuracy_)];
-    const auto cells = kernels.cell_product[static_cast<int>(volume_)];
-    const auto stages = tile_stages(layout_, [&](const NetworkTile& tile) {
-        springs(layout_.springs.data(), nodes, signed_index(tile.spring_begin), signed_index(tile.spring_end));
-        if (cells) {
-            cells(layout_.cells.data(), nodes, signed_index(tile.cell_begin), signed_index(tile.cell_end));
-        }
-    });
+    const auto stages = tile_stages(
+        layout_, [&](const NetworkTile& tile) { NetworkTiles<Layout>::add_products(layout_, choice_, tile, nodes); });
     this->workers().run(stages, 1);
 }
 
@@ -144,15 +106,8 @@ void PackedNetworkBody<T, Layout>::hessian_diagonal(State<T>& state, AlignedArra
         sums.entry[e] = blocks[e].data();
     }
     const T* const displacement = state.displacement[0].data();
-    const auto& kernels = Facts<Layout>::hessian_kernels(*table_);
-    const auto springs = kernels.spring_diagonal[static_cast<int>(accuracy_)];
-    const auto cells = kernels.cell_diagonal[static_cast<int>(volume_)];
     const auto stages = tile_stages(layout_, [&](const NetworkTile& tile) {
-        springs(layout_.springs.data(), displacement, sums, signed_index(tile.spring_begin),
-                signed_index(tile.spring_end));
-        if (cells) {
-            cells(layout_.cells.data(), displacement, sums, signed_index(tile.cell_begin), signed_index(tile.cell_end));
-        }
+        NetworkTiles<Layout>::add_diagonals(layout_, choice_, tile, displacement, sums);
     });
     this->workers().run(stages, 1);
 }
@@ -161,7 +116,7 @@ template <class T, class Layout>
 void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& parameters,
                                         const NodeActions<T>& actions, long count) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
-    const auto integrate = Facts<Layout>::kernels(*table_).integrate[is_driven(parameters)];
+    const auto integrate = NetworkTiles<Layout>::kernels(*choice_.table).integrate[is_driven(parameters)];
     // The integrating kernel leaves the forces zero for the next step.
     clear_forces(state);
     const auto nodes = packed_nodes(state);
@@ -178,13 +133,13 @@ void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& p
 template <class T, class Layout>
 PlanDescription PackedNetworkBody<T, Layout>::describe() const {
     PlanDescription d;
-    const std::string prefix = Facts<Layout>::kKernels;
-    d.instruction_set = table_->instruction_set;
-    d.layout = Facts<Layout>::kLayout;
-    d.kernel = prefix + "_springs<" + (accuracy_ == Accuracy::fast ? "fast" : "exact") + ">";
-    if (volume_ != kernels::Volume::none) {
-        d.kernel +=
-            " + " + prefix + "_cells<" + (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
+    const std::string prefix = NetworkTiles<Layout>::kKernels;
+    d.instruction_set = choice_.table->instruction_set;
+    d.layout = NetworkTiles<Layout>::kLayout;
+    d.kernel = prefix + "_springs<" + (choice_.accuracy == Accuracy::fast ? "fast" : "exact") + ">";
+    if (choice_.volume != kernels::Volume::none) {
+        d.kernel += " + " + prefix + "_cells<" +
+                    (choice_.volume == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
     }
     d.precision = precision_name<T>();
     d.threads = this->workers().threads();

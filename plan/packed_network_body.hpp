@@ -1,9 +1,6 @@
 #pragma once
 
-#include "kernels/kernel_table.hpp"
-#include "layouts/array_of_structs.hpp"
-#include "layouts/packed_xyzw.hpp"
-#include "plan/body.hpp"
+#include "plan/network_tiles.hpp"
 
 namespace hybmss {
 
@@ -38,11 +35,9 @@ private:
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 
+    NetworkKernelChoice<T> choice_;
     Layout layout_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order
-    const kernels::KernelTable<T>* table_;
-    kernels::Volume volume_;
-    Accuracy accuracy_;
     double critical_time_step_;
 };
 

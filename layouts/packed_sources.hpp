@@ -1,0 +1,133 @@
+#pragma once
+
+#include "hybmss/network.hpp"
+#include "layouts/network_blocks.hpp"
+#include "layouts/rest_shape.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+// What the layout packed-xyzw is filled from: a network's springs and its cells, in the same terms.
+
+namespace hybmss {
+
+/// Springs: from the node at the lower place to the one at the higher.
+template <class T>
+class SpringSource {
+public:
+    using Block = SpringBlock<T>;
+    using Run = SpringRun;
+    using RunShape = SpringRunShape<T>;
+    static constexpr std::size_t kNodes = 2;
+
+    /// \param place of each node, empty where it is its number
+    SpringSource(const Network& network, std::span<const std::uint32_t> place)
+        : springs_(network.springs), turned_(springs_.size()) {
+        nodes_.reserve(2 * springs_.size());
+        for (std::size_t i = 0; i < springs_.size(); ++i) {
+            std::int32_t a = springs_[i].a, b = springs_[i].b;
+            if (!place.empty()) {
+                a = static_cast<std::int32_t>(place[static_cast<std::size_t>(a)]);
+                b = static_cast<std::int32_t>(place[static_cast<std::size_t>(b)]);
+            }
+            if ((turned_[i] = a > b)) {
+                std::swap(a, b);
+            }
+            nodes_.push_back(a);
+            nodes_.push_back(b);
+        }
+    }
+
+    std::size_t size() const { return springs_.size(); }
+    /// kNodes each
+    std::span<const std::int32_t> nodes() const { return nodes_; }
+    T weight(std::size_t i) const { return static_cast<T>(springs_[i].stiffness); }
+
+    template <class Shape>
+    void set_shape(std::size_t i, Shape& shape, std::size_t lane) const {
+        const Network::Spring& spring = springs_[i];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            // Sums with zero: no -0, since shapes are compared by their bits.
+            const double rest = spring.rest_vector[axis];
+            shape.rest[axis][lane] = static_cast<T>(turned_[i] ? 0 - rest : 0 + rest);
+        }
+        shape.inverse_length2[lane] = static_cast<T>(1 / rest_length2(spring));
+    }
+    /// What a gap in a block has: it must divide by nothing that is zero.
+    static void set_gap(Block& block, std::size_t lane) {
+        block.rest[0][lane] = 1;
+        block.inverse_length2[lane] = 1;
+    }
+    static void set(Block& block, std::size_t lane, const std::int32_t (&first)[2], T weight) {
+        block.a[lane] = first[0];
+        block.b[lane] = first[1];
+        block.stiffness[lane] = weight;
+    }
+    static Run run(const std::int32_t (&first)[2], std::uint32_t shape, std::uint32_t weights) {
+        return {first[0], first[1], shape, weights};
+    }
+
+private:
+    const std::vector<Network::Spring>& springs_;
+    std::vector<bool> turned_;
+    std::vector<std::int32_t> nodes_;
+};
+
+/// Cells.
+template <class T>
+class CellSource {
+public:
+    using Block = CellBlock<T>;
+    using Run = CellRun;
+    using RunShape = CellRunShape<T>;
+    static constexpr std::size_t kNodes = 8;
+
+    CellSource(const Network& network, std::span<const std::uint32_t> place) : network_(network) {
+        nodes_.reserve(8 * size());
+        for (const Network::Cell& cell : network.cells) {
+            for (const std::int32_t n : cell.nodes) {
+                nodes_.push_back(place.empty() ? n : static_cast<std::int32_t>(place[static_cast<std::size_t>(n)]));
+            }
+        }
+    }
+
+    std::size_t size() const { return network_.cells.size(); }
+    std::span<const std::int32_t> nodes() const { return nodes_; }
+    T weight(std::size_t i) const { return static_cast<T>(network_.cells[i].kappa); }
+
+    template <class Shape>
+    void set_shape(std::size_t i, Shape& shape, std::size_t lane) const {
+        const RestShape rest = rest_shape(network_, network_.cells[i]);
+        for (std::size_t e = 0; e < 9; ++e) {
+            shape.rest_edge[e][lane] = static_cast<T>(0 + rest.edges[e]);
+        }
+        shape.inverse_volume[lane] = static_cast<T>(1 / rest.volume);
+    }
+    static void set_gap(Block& block, std::size_t lane) {
+        for (std::size_t e = 0; e < 9; e += 4) {
+            block.rest_edge[e][lane] = 1;
+        }
+        block.inverse_volume[lane] = 1;
+    }
+    static void set(Block& block, std::size_t lane, const std::int32_t (&first)[8], T weight) {
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            block.node[corner][lane] = first[corner];
+        }
+        block.kappa[lane] = weight;
+    }
+    static Run run(const std::int32_t (&first)[8], std::uint32_t shape, std::uint32_t weights) {
+        Run made{{}, shape, weights};
+        std::copy_n(first, 8, made.node);
+        return made;
+    }
+
+private:
+    const Network& network_;
+    std::vector<std::int32_t> nodes_;
+};
+
+} // namespace hybmss

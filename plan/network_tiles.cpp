@@ -1,0 +1,141 @@
+#include "plan/network_tiles.hpp"
+
+namespace hybmss {
+namespace {
+
+std::ptrdiff_t at(std::size_t i) {
+    return static_cast<std::ptrdiff_t>(i);
+}
+
+/// The springs and cells of a tile that both layouts have: in blocks or one by one.
+template <class Layout, class Choice, class Nodes>
+void add_own_forces(const Layout& layout, const Choice& choice, const NetworkTile& tile, const Nodes& nodes) {
+    const auto& kernels = NetworkTiles<Layout>::kernels(*choice.table);
+    kernels.springs[static_cast<int>(choice.accuracy)](layout.springs.data(), nodes, at(tile.spring_begin),
+                                                       at(tile.spring_end));
+    if (const auto cells = kernels.cells[static_cast<int>(choice.volume)]) {
+        cells(layout.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
+    }
+}
+
+template <class Layout, class Choice, class Nodes>
+PotentialEnergy own_energy(const Layout& layout, const Choice& choice, const NetworkTile& tile, const Nodes& nodes) {
+    const auto& kernels = NetworkTiles<Layout>::kernels(*choice.table);
+    PotentialEnergy energy;
+    energy.springs = kernels.spring_energy(layout.springs.data(), nodes, at(tile.spring_begin), at(tile.spring_end));
+    if (const auto cells = kernels.cell_energy[static_cast<int>(choice.volume)]) {
+        energy.volume = cells(layout.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
+    }
+    return energy;
+}
+
+template <class Layout, class Choice, class Nodes>
+void add_own_products(const Layout& layout, const Choice& choice, const NetworkTile& tile, const Nodes& nodes) {
+    const auto& kernels = NetworkTiles<Layout>::hessian_kernels(*choice.table);
+    kernels.spring_product[static_cast<int>(choice.accuracy)](layout.springs.data(), nodes, at(tile.spring_begin),
+                                                              at(tile.spring_end));
+    if (const auto cells = kernels.cell_product[static_cast<int>(choice.volume)]) {
+        cells(layout.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
+    }
+}
+
+template <class Layout, class Choice, class T, class Sums>
+void add_own_diagonals(const Layout& layout, const Choice& choice, const NetworkTile& tile, const T* displacement,
+                       const Sums& sums) {
+    const auto& kernels = NetworkTiles<Layout>::hessian_kernels(*choice.table);
+    kernels.spring_diagonal[static_cast<int>(choice.accuracy)](layout.springs.data(), displacement, sums,
+                                                               at(tile.spring_begin), at(tile.spring_end));
+    if (const auto cells = kernels.cell_diagonal[static_cast<int>(choice.volume)]) {
+        cells(layout.cells.data(), displacement, sums, at(tile.cell_begin), at(tile.cell_end));
+    }
+}
+
+} // namespace
+
+template <class T>
+void NetworkTiles<PackedXyzw<T>>::add_forces(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                                             const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) {
+    const kernels::RunKernels<T>& runs = *choice.table->runs;
+    runs.springs[static_cast<int>(choice.accuracy)](spring_runs(layout), nodes, at(tile.spring_run_begin),
+                                                    at(tile.spring_run_end));
+    if (const auto cells = runs.cells[static_cast<int>(choice.volume)]) {
+        cells(cell_runs(layout), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    add_own_forces(layout, choice, tile, nodes);
+}
+
+template <class T>
+PotentialEnergy NetworkTiles<PackedXyzw<T>>::energy(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                                                    const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) {
+    const kernels::RunKernels<T>& runs = *choice.table->runs;
+    PotentialEnergy energy = own_energy(layout, choice, tile, nodes);
+    energy.springs +=
+        runs.spring_energy(spring_runs(layout), nodes, at(tile.spring_run_begin), at(tile.spring_run_end));
+    if (const auto cells = runs.cell_energy[static_cast<int>(choice.volume)]) {
+        energy.volume += cells(cell_runs(layout), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    return energy;
+}
+
+template <class T>
+void NetworkTiles<ArrayOfStructs<T>>::add_forces(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
+                                                 const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) {
+    add_own_forces(layout, choice, tile, nodes);
+}
+
+template <class T>
+PotentialEnergy NetworkTiles<ArrayOfStructs<T>>::energy(const ArrayOfStructs<T>& layout,
+                                                        const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                                                        const kernels::PackedNodes<T>& nodes) {
+    return own_energy(layout, choice, tile, nodes);
+}
+
+template <class T>
+void NetworkTiles<PackedXyzw<T>>::add_products(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                                               const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) {
+    const kernels::RunHessianKernels<T>& runs = *choice.table->runs_hessian;
+    const auto springs = spring_runs(layout);
+    const auto cells = cell_runs(layout);
+    runs.spring_product[static_cast<int>(choice.accuracy)](&springs, nodes, at(tile.spring_run_begin),
+                                                           at(tile.spring_run_end));
+    if (const auto product = runs.cell_product[static_cast<int>(choice.volume)]) {
+        product(&cells, nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    add_own_products(layout, choice, tile, nodes);
+}
+
+template <class T>
+void NetworkTiles<PackedXyzw<T>>::add_diagonals(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                                                const NetworkTile& tile, const T* displacement,
+                                                const kernels::DiagonalBlocks<T>& sums) {
+    const kernels::RunHessianKernels<T>& runs = *choice.table->runs_hessian;
+    const auto springs = spring_runs(layout);
+    const auto cells = cell_runs(layout);
+    runs.spring_diagonal[static_cast<int>(choice.accuracy)](&springs, displacement, sums, at(tile.spring_run_begin),
+                                                            at(tile.spring_run_end));
+    if (const auto diagonal = runs.cell_diagonal[static_cast<int>(choice.volume)]) {
+        diagonal(&cells, displacement, sums, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    add_own_diagonals(layout, choice, tile, displacement, sums);
+}
+
+template <class T>
+void NetworkTiles<ArrayOfStructs<T>>::add_products(const ArrayOfStructs<T>& layout,
+                                                   const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                                                   const kernels::PackedHessian<T>& nodes) {
+    add_own_products(layout, choice, tile, nodes);
+}
+
+template <class T>
+void NetworkTiles<ArrayOfStructs<T>>::add_diagonals(const ArrayOfStructs<T>& layout,
+                                                    const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                                                    const T* displacement, const kernels::DiagonalBlocks<T>& sums) {
+    add_own_diagonals(layout, choice, tile, displacement, sums);
+}
+
+template struct NetworkTiles<PackedXyzw<float>>;
+template struct NetworkTiles<PackedXyzw<double>>;
+template struct NetworkTiles<ArrayOfStructs<float>>;
+template struct NetworkTiles<ArrayOfStructs<double>>;
+
+} // namespace hybmss

@@ -1,0 +1,77 @@
+#pragma once
+
+#include "kernels/kernel_table.hpp"
+#include "layouts/array_of_structs.hpp"
+#include "layouts/packed_xyzw.hpp"
+#include "plan/body.hpp"
+
+#include <limits>
+
+// What the layouts with packed nodes call themselves, and which kernels go over one of their tiles.
+
+namespace hybmss {
+
+/// The kernels' choices that a body makes once.
+template <class T>
+struct NetworkKernelChoice {
+    const kernels::KernelTable<T>* table;
+    Accuracy accuracy;
+    kernels::Volume volume;
+};
+
+template <class Layout>
+struct NetworkTiles;
+
+template <class T>
+struct NetworkTiles<PackedXyzw<T>> {
+    static constexpr const char *kLayout = "packed-xyzw", *kKernels = "packed";
+    static constexpr int kMostThreads = std::numeric_limits<int>::max();
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.packed; }
+    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.packed_hessian; }
+
+    static PackedXyzw<T> layout(const Network& network, const kernels::KernelTable<T>& table) {
+        return PackedXyzw<T>(network, table.runs->vector_lanes);
+    }
+    static kernels::SpringRuns<T> spring_runs(const PackedXyzw<T>& layout) {
+        return {layout.spring_runs.data(), layout.spring_run_shapes.data(), layout.stiffnesses.data()};
+    }
+    static kernels::CellRuns<T> cell_runs(const PackedXyzw<T>& layout) {
+        return {layout.cell_runs.data(), layout.cell_run_shapes.data(), layout.kappas.data()};
+    }
+
+    static void add_forces(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                           const kernels::PackedNodes<T>& nodes);
+    static PotentialEnergy energy(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                                  const NetworkTile& tile, const kernels::PackedNodes<T>& nodes);
+    static void add_products(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                             const kernels::PackedHessian<T>& nodes);
+    static void add_diagonals(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                              const NetworkTile& tile, const T* displacement, const kernels::DiagonalBlocks<T>& sums);
+};
+
+template <class T>
+struct NetworkTiles<ArrayOfStructs<T>> {
+    static constexpr const char *kLayout = "aos", *kKernels = "record";
+    static constexpr int kMostThreads = 1;
+    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
+    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.records_hessian; }
+
+    static ArrayOfStructs<T> layout(const Network& network, const kernels::KernelTable<T>&) {
+        return ArrayOfStructs<T>(network);
+    }
+    static void add_forces(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
+                           const NetworkTile& tile, const kernels::PackedNodes<T>& nodes);
+    static PotentialEnergy energy(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
+                                  const NetworkTile& tile, const kernels::PackedNodes<T>& nodes);
+    static void add_products(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
+                             const NetworkTile& tile, const kernels::PackedHessian<T>& nodes);
+    static void add_diagonals(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
+                              const NetworkTile& tile, const T* displacement, const kernels::DiagonalBlocks<T>& sums);
+};
+
+extern template struct NetworkTiles<PackedXyzw<float>>;
+extern template struct NetworkTiles<PackedXyzw<double>>;
+extern template struct NetworkTiles<ArrayOfStructs<float>>;
+extern template struct NetworkTiles<ArrayOfStructs<double>>;
+
+} // namespace hybmss
