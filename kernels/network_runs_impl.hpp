@@ -88,7 +88,7 @@ HYBMSS_INLINE void add_run_forces(const SpringRun* runs, const SpringRuns<Scalar
 template <Accuracy accuracy, class V>
 void run_springs(const SpringRuns<Scalar<V>>& springs, const PackedNodes<Scalar<V>>& nodes, std::ptrdiff_t begin,
                  std::ptrdiff_t end) {
-    constexpr int kCount = 1;
+    constexpr int kCount = Traits<V>::kAvx512 ? 4 : 2; // as in packed_springs
     for_each_row<V>(springs.runs, begin, end, [&](int lane, std::ptrdiff_t i, std::ptrdiff_t last) {
         const std::ptrdiff_t row = springs.runs[i].low + 4 * lane;
         const Vector3<V> low = row_vector<V>(nodes.displacement + row);
