@@ -91,7 +91,19 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
                     {target, result.load_steps, iteration, result.cg_iterations + cg, residual, energy});
             };
         }
-        const MinimiserResult found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
+        MinimiserResult found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
+        // Few saddles lie one below the other.
+        constexpr int kSaddles = 5;
+        for (int saddle = 0; options.leave_saddles && target == 1.0 && saddle < kSaddles; ++saddle) {
+            if (found.status != EquilibriumStatus::converged ||
+                !minimiser_.leave_saddle(potential, preconditioner, state, result.cg_iterations)) {
+                break;
+            }
+            result.newton_iterations += found.iterations;
+            result.cg_iterations += found.cg_iterations;
+            result.negative_curvatures += found.negative_curvatures + 1;
+            found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
+        }
         ++result.load_steps;
         result.newton_iterations += found.iterations;
         result.cg_iterations += found.cg_iterations;

@@ -61,6 +61,30 @@ long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& precond
 }
 
 template <class T>
+bool TrustRegion<T>::leave_saddle(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                                  long& cg_iterations) {
+    potential.linearise(state);
+    preconditioner.update(potential);
+    // So small that what conjugate gradients gather before they meet the curvature does not count.
+    const double size = 1e-6 * potential.force_floor();
+    unsigned draw = 1;
+    for (auto& array : gradient_.field) {
+        for (std::size_t n = 0; n < array.size(); ++n) {
+            draw = draw * 1664525u + 1013904223u;
+            array[n] = static_cast<T>(size * (static_cast<double>(draw >> 8) / 8388608.0 - 1));
+        }
+    }
+    space_->for_each([](const T& free, T& g) { g *= free; }, potential.free(), gradient_);
+    const CgLimits limits{.relative_residual = 1e-3, .iterations = 2000, .length = kFirstStep * potential.length()};
+    const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+    cg_iterations += cg.iterations;
+    if (cg.negative_curvature) {
+        move(*space_, step_, state);
+    }
+    return cg.negative_curvature;
+}
+
+template <class T>
 MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner<T>& preconditioner,
                                          Preconditioner<T>* plain, State<T>& state, const MinimiserOptions& options) {
     constexpr double kEpsilon = std::numeric_limits<T>::epsilon();

@@ -37,6 +37,10 @@ public:
     /// step of Newton's method in both. Returns the CG iterations.
     long predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state);
 
+    /// Where the potential curves downwards at an equilibrium, moves the free components a little way along and returns
+    /// true. Adds to the CG iterations.
+    bool leave_saddle(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state, long& cg_iterations);
+
     /// Moves the free components of `state` to a minimum; the held ones must be where they are prescribed. Leaves the
     /// best state found.
     ///

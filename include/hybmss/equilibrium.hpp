@@ -66,6 +66,10 @@ struct EquilibriumOptions {
     double first_load_step = 1;  ///< the fraction of the loading that is tried first, in (0, 1]
     double smallest_load_step = 1e-4;
     PreconditionerKind preconditioner = PreconditionerKind::automatic;
+    /// At the end, look for a direction in which the energy curves downwards (conjugate gradients for random forces),
+    /// and where there is one go on to a lower minimum. A symmetric solve may otherwise end at a saddle: no force
+    /// points away from it. Costs about a Newton iteration.
+    bool leave_saddles = false;
     /// Called at every Newton iteration; false stops the solve. May be empty.
     std::function<bool(const EquilibriumProgress&)> progress;
 };
