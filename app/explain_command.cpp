@@ -1,3 +1,4 @@
+#include "app/body_report.hpp"
 #include "app/commands.hpp"
 #include "app/effects.hpp"
 #include "app/plan_arguments.hpp"
@@ -101,6 +102,10 @@ void explain(const ExplainArguments& arguments) {
     const PlanDescription plan = simulation.describe();
     const SpringCounts unmerged = simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0);
 
+    const std::string parts = parts_line(simulation.lattice());
+    if (!parts.empty()) {
+        fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
+    }
     const EffectList effects = effects_of(simulation);
     fmt::print("effects in\n");
     for (const Effect& effect : effects.in) {
@@ -112,9 +117,17 @@ void explain(const ExplainArguments& arguments) {
     }
     fmt::print("body\n");
     row("cells", fmt::format("{}", simulation.lattice().cell_count()));
+    const auto grid = simulation.lattice().cells();
+    row("grid", fmt::format("{} x {} x {} cells of {:g} m; low corner at ({:g}, {:g}, {:g})", grid[0], grid[1], grid[2],
+                            scene.body.cell_size, scene.body.origin[0], scene.body.origin[1], scene.body.origin[2]));
+    if (const std::string labels = labels_line(scene); !labels.empty()) {
+        row("labels", labels);
+    }
+    row("parts", parts.empty() ? "1: all cells hang together by their faces" : parts);
     row("nodes", fmt::format("{}", simulation.node_count()));
     row("springs", fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)", plan.springs,
                                unmerged.total()));
+    row("memory", fmt::format("about {:.3g} MB in the whole run", estimated_bytes(scene.body, options) / 1e6));
     fmt::print("plan\n");
     row("effort", std::string(name(plan.effort)));
     row("why", plan.reason);

@@ -4,6 +4,7 @@
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
 #include "simulation/memory.hpp"
+#include "simulation/scene_lattice.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -78,9 +79,7 @@ void forces(const ForcesArguments& arguments) {
     }
     const Scene scene = load_scene(arguments.scene);
     check_size(scene, options, available_bytes());
-    const auto& cells = scene.body.cells;
-    const Lattice lattice = Lattice::box(static_cast<int>(cells[0]), static_cast<int>(cells[1]),
-                                         static_cast<int>(cells[2]), scene.body.cell_size);
+    const Lattice lattice = scene_lattice(scene);
     const std::size_t nodes = lattice.nodes().size();
     const std::vector<Vector3> displacements = read_vector_csv(arguments.displacements, nodes);
 

@@ -1,3 +1,4 @@
+#include "app/body_report.hpp"
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/progress_line.hpp"
@@ -34,8 +35,14 @@ std::optional<Results> open_results(const std::string& directory, const Simulati
 }
 
 void run_scene(const RunArguments& arguments) {
-    Simulation simulation(load_scene(arguments.scene), arguments.plan.options());
+    const SimulationOptions options = arguments.plan.options();
+    Simulation simulation(load_scene(arguments.scene), options);
     std::optional<Results> results = open_results(arguments.out, simulation);
+    fmt::print("{:<24} {}\n", "body", body_line(simulation, options));
+    std::fflush(stdout); // the run may take long
+    if (const std::string parts = parts_line(simulation.lattice()); !parts.empty()) {
+        fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
+    }
     ProgressLine line(stderr);
     RunCallbacks callbacks;
     if (line.visible()) {

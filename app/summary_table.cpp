@@ -19,9 +19,6 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
     const auto row = [&](const char* label, const std::string& value) {
         out = fmt::format_to(out, "{:<24} {}\n", label, value);
     };
-    const auto cells = simulation.lattice().cells();
-    row("body", fmt::format("{} x {} x {} cells, {} nodes, {} springs", cells[0], cells[1], cells[2],
-                            simulation.node_count(), s.plan.springs));
     row("kernel", fmt::format("{}, {}, {}, {}, threads {}", s.plan.kernel, s.plan.layout, name(s.plan.instruction_set),
                               s.plan.precision, s.plan.threads));
     if (simulation.scene().solver.method == SolverMethod::static_equilibrium) {

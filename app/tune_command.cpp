@@ -4,6 +4,7 @@
 #include "app/tune_rows.hpp"
 #include "plan/candidates.hpp"
 #include "simulation/memory.hpp"
+#include "simulation/scene_lattice.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -37,9 +38,7 @@ std::vector<TuneRow> rows_of(const TuneArguments& arguments) {
     SimulationOptions largest;
     largest.precision = precisions.back();
     check_size(scene, largest, available_bytes());
-    const auto& cells = scene.body.cells;
-    const Lattice lattice = Lattice::box(static_cast<int>(cells[0]), static_cast<int>(cells[1]),
-                                         static_cast<int>(cells[2]), scene.body.cell_size);
+    const Lattice lattice = scene_lattice(scene);
     std::vector<TuneRow> rows;
     for (const Precision precision : precisions) {
         rows.push_back(tune_row(arguments.scene, lattice, scene.material, precision, forces));

@@ -1,5 +1,7 @@
 #include "simulation/memory.hpp"
 
+#include "simulation/scene_lattice.hpp"
+
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -57,12 +59,12 @@ void check_size(const Scene& scene, const SimulationOptions& options, double ava
     constexpr double kMostNodes = 1e9; // what Lattice can number
     const double bytes = estimated_bytes(scene.body, options);
     if (bytes > available) {
-        throw scene_error(scene, "body.cells",
+        throw scene_error(scene, body_key(scene.body),
                           "these cells need about " + gigabytes(bytes) + " of memory; this machine has " +
                               gigabytes(available) + " available");
     }
     if (grid_nodes(scene.body) > kMostNodes) {
-        throw scene_error(scene, "body.cells", "these cells make more than the 1e9 nodes that are allowed");
+        throw scene_error(scene, body_key(scene.body), "these cells make more than the 1e9 nodes that are allowed");
     }
 }
 

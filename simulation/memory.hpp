@@ -15,7 +15,7 @@ double estimated_bytes(const Body& body, const SimulationOptions& options);
 /// Memory that the machine could give now, in bytes.
 double available_bytes();
 
-/// Throws SceneError at body.cells where the body needs more than `available`, or more nodes than can be numbered.
+/// Throws SceneError at the body where the body needs more than `available`, or more nodes than can be numbered.
 void check_size(const Scene& scene, const SimulationOptions& options, double available);
 
 } // namespace hybmss

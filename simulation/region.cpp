@@ -51,12 +51,13 @@ std::vector<std::uint32_t> select(std::span<const Vector3> rest, double, const N
 
 } // namespace
 
-std::vector<Vector3> rest_positions(const Lattice& lattice) {
+std::vector<Vector3> rest_positions(const Lattice& lattice, const Vector3& origin) {
     std::vector<Vector3> rest;
     const std::vector<std::uint32_t> nodes = lattice.nodes();
     rest.reserve(nodes.size());
     for (std::uint32_t grid_node : nodes) {
-        rest.push_back(lattice.rest_position(grid_node));
+        const Vector3 x = lattice.rest_position(grid_node);
+        rest.push_back({origin[0] + x[0], origin[1] + x[1], origin[2] + x[2]});
     }
     return rest;
 }

@@ -15,8 +15,8 @@ namespace hybmss {
 
 using Vector3 = std::array<double, 3>;
 
-/// The body's nodes with their rest positions in m, in the body's node order.
-std::vector<Vector3> rest_positions(const Lattice& lattice);
+/// The rest positions in m of the body's nodes, in their order; the grid's low corner is at `origin`.
+std::vector<Vector3> rest_positions(const Lattice& lattice, const Vector3& origin);
 
 /// Indices of the nodes in the region at rest, ascending; none where it is empty. Surfaces count as inside, up to a
 /// millionth of a cell.

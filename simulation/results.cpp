@@ -40,7 +40,7 @@ void append(std::string& row, const Vector3& values) {
 
 Results::Results(std::filesystem::path directory, const Simulation& simulation)
     : directory_(made(std::move(directory))), simulation_(simulation), cells_(cell_corners(simulation.lattice())),
-      rest_(rest_positions(simulation.lattice())), probes_(directory_ / "probes.csv") {
+      rest_(rest_positions(simulation.lattice(), simulation.scene().body.origin)), probes_(directory_ / "probes.csv") {
     probes_.stream() << "time";
     for (const Probe& probe : simulation.scene().probes) {
         for (const char* quantity : {"force", "torque", "mean_displacement"}) {

@@ -22,6 +22,9 @@ bool count(double v) {
 bool cell_size(double v) {
     return v >= 1e-6 && v <= 1e6;
 }
+bool label(double v) {
+    return v >= 1 && v <= 255;
+}
 bool young_modulus(double v) {
     return v > 0 && v <= 1e18;
 }
@@ -53,8 +56,14 @@ constexpr std::string_view kRegionAllowed =
 constexpr std::string_view kAxesAllowed = "a string of one to three different letters of \"xyz\"";
 
 constexpr TableRule kTables[] = {
-    {"body", true, false, false, "The body: a box of cubic cells. Its low corner is the origin."},
+    {"body", true, false, false,
+     "The body, made of cubic cells: a box (`cells`), the labelled cells of a voxel file (`voxels`), or the inside of "
+     "a "
+     "closed surface (`surface`); one of the three."},
     {"material", true, false, false, "One isotropic elastic material."},
+    {"label", false, true, false,
+     "The stiffness of the cells with one label. Poisson's ratio, density, `face_diagonal_ratio` and `volume_energy` "
+     "are those of `[material]` everywhere."},
     {"fix", false, true, false, "Nodes that stay where they are."},
     {"move", false, true, false,
      "Nodes that are led to a final position, smoothly (no jump in velocity or acceleration), and held there. Each "
@@ -73,10 +82,18 @@ constexpr TableRule kTables[] = {
 using enum KeyKind;
 
 constexpr KeyRule kKeys[] = {
-    {{"body", "cells", "3 integers", "", "three integers, each at least 1", "required", "cells along x, y and z"},
+    {{"body", "cells", "3 integers", "", "three integers, each at least 1", "none",
+      "a full box of so many cells along x, y and z; its low corner is the origin"},
      counts,
      count},
-    {{"body", "cell_size", "number", "m", "at least 1e-6 and at most 1e6", "required", "edge of a cell"},
+    {{"body", "voxels", "string", "", "the path of a NumPy (.npy) or NRRD file, from the scene's folder on", "none",
+      "cells with a label above 0; the grid's low corner is the origin"},
+     text},
+    {{"body", "surface", "string", "", "the path of an STL or OBJ file, from the scene's folder on", "none",
+      "cells whose centre lies inside the surface, in its own coordinates (m)"},
+     text},
+    {{"body", "cell_size", "number", "m", "at least 1e-6 and at most 1e6",
+      "that of an NRRD file with spacings; else required", "edge of a cell"},
      number,
      cell_size},
 
@@ -101,6 +118,15 @@ constexpr KeyRule kKeys[] = {
      choice,
      nullptr,
      "automatic quadratic mean_stretch none"},
+
+    {{"label", "value", "integer", "", "an integer from 1 to 255, different for each label", "required",
+      "the label in the voxel file"},
+     integer,
+     label},
+    {{"label", "young_modulus", "number", "Pa", "0, or from 1e-6 to 1e6 times that of [material]", "required",
+      "Young's modulus of its cells; 0 leaves them out"},
+     number,
+     not_negative},
 
     {{"fix", "where", "region", "", kRegionAllowed, "required", "the nodes held"}, region},
     {{"fix", "axes", "string", "", kAxesAllowed, "\"xyz\"", "axes along which they are held; the others stay free"},

@@ -1,3 +1,4 @@
+#include "simulation/body_files.hpp"
 #include "simulation/scene_table.hpp"
 
 #include <filesystem>
@@ -11,7 +12,38 @@ namespace hybmss {
 namespace {
 
 void read_body(Scene& scene, const SceneTable& table) {
-    scene.body = {.cells = table.counts("cells"), .cell_size = table.number("cell_size")};
+    const int given = table.has("cells") + table.has("voxels") + table.has("surface");
+    if (given == 0) {
+        throw table.missing("cells", "or voxels or surface must be given");
+    }
+    if (given > 1) {
+        throw scene_error(scene, table.path(table.has("surface") ? "surface" : "voxels"),
+                          "only one of cells, voxels and surface may be given");
+    }
+    if (table.has("cells")) {
+        scene.body.cells = table.counts("cells");
+    } else if (table.has("voxels")) {
+        scene.body.voxels = table.text("voxels");
+    } else {
+        scene.body.surface = table.text("surface");
+    }
+    if (table.has("cell_size")) {
+        scene.body.cell_size = table.number("cell_size");
+    } else if (scene.body.voxels.empty()) {
+        throw table.missing("cell_size");
+    } else {
+        scene.body.cell_size = 0; // the file must tell
+    }
+}
+
+void read_label(Scene& scene, const SceneTable& table) {
+    const Label label = {static_cast<std::uint8_t>(table.integer("value")), table.number("young_modulus")};
+    for (const Label& other : scene.labels) {
+        if (other.value == label.value) {
+            throw table.not_allowed("value");
+        }
+    }
+    scene.labels.push_back(label);
 }
 
 void read_material(Scene& scene, const SceneTable& table) {
@@ -121,9 +153,9 @@ void read_probe(Scene& scene, const SceneTable& table) {
 
 void read_table(Scene& scene, std::string_view name, const SceneTable& table) {
     static const std::map<std::string_view, void (*)(Scene&, const SceneTable&)> readers = {
-        {"body", read_body},       {"material", read_material}, {"fix", read_fix},   {"move", read_move},
-        {"gravity", read_gravity}, {"damping", read_damping},   {"load", read_load}, {"solver", read_solver},
-        {"output", read_output},   {"probe", read_probe},
+        {"body", read_body},     {"material", read_material}, {"label", read_label},     {"fix", read_fix},
+        {"move", read_move},     {"gravity", read_gravity},   {"damping", read_damping}, {"load", read_load},
+        {"solver", read_solver}, {"output", read_output},     {"probe", read_probe},
     };
     readers.at(name)(scene, table);
 }
@@ -178,6 +210,7 @@ Scene parse_scene(std::string_view text, const std::string& filename) {
     try {
         const toml::table root = toml::parse(text, std::string_view(filename));
         read_scene(scene, TomlText(text), root);
+        read_body_files(scene);
     } catch (const toml::parse_error& error) {
         std::ostringstream message;
         message << filename << ":" << error.source().begin.line << ":" << error.source().begin.column

@@ -35,10 +35,12 @@ const KeyRule& SceneTable::rule(std::string_view key) const {
     return *found;
 }
 
-SceneError SceneTable::missing(std::string_view key) const {
+SceneError SceneTable::missing(std::string_view key, std::string_view wanted) const {
     const SceneSource::Entry start = text_.quote(values_.source());
     scene_.source.entries[path(key)] = {start.line, start.column, {}};
-    return scene_error(scene_, path(key), "missing; it must be " + std::string(rule(key).key.allowed));
+    return scene_error(scene_, path(key),
+                       "missing; it " +
+                           (wanted.empty() ? "must be " + std::string(rule(key).key.allowed) : std::string(wanted)));
 }
 
 SceneError SceneTable::not_allowed(std::string_view key) const {

@@ -33,8 +33,8 @@ public:
     SceneTable inner(std::string_view key, std::string_view table) const;
 
     std::string path(std::string_view key) const { return path_ + "." + std::string(key); }
-    /// The error that `key` is not given, where others make it required.
-    SceneError missing(std::string_view key) const;
+    /// The error that `key` is not given, where others make it required: "missing; " and what it must be.
+    SceneError missing(std::string_view key, std::string_view wanted = {}) const;
     /// The error that the value of `key` is not what its rule allows.
     SceneError not_allowed(std::string_view key) const;
 

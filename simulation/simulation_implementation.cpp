@@ -3,6 +3,7 @@
 #include "plan/critical_time_step.hpp"
 #include "simulation/loads.hpp"
 #include "simulation/memory.hpp"
+#include "simulation/scene_lattice.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,9 +20,7 @@ constexpr double kImplicitTimeSteps = 20;
 
 Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
     check_size(scene, options, available_bytes());
-    const auto& cells = scene.body.cells;
-    return Lattice::box(static_cast<int>(cells[0]), static_cast<int>(cells[1]), static_cast<int>(cells[2]),
-                        scene.body.cell_size);
+    return scene_lattice(scene);
 }
 
 std::vector<ProbeNodes> make_probes(const Scene& scene, std::span<const Vector3> rest) {
@@ -59,8 +58,9 @@ double choose_time_step(const Scene& scene, double critical) {
 } // namespace
 
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
-    : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)), rest(rest_positions(lattice)),
-      supports(scene, rest), probes(make_probes(scene, rest)), loads(nodal_loads(scene, lattice, rest)),
+    : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)),
+      rest(rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(make_probes(scene, rest)),
+      loads(nodal_loads(scene, lattice, rest)),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
       critical_time_step(lattice_critical_time_step(lattice, scene.material)),
       time_step(choose_time_step(scene, critical_time_step)) {

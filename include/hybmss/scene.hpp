@@ -51,10 +51,20 @@ using Region = std::variant<FaceRegion, BoxRegion, SphereRegion, NodeRegion>;
 using AxisSet = std::uint8_t;
 inline constexpr AxisSet kAllAxes = 7;
 
-/// A box of cubic cells whose low corner is the origin.
+/// Cubic cells of one grid: all of them, or those that have a label.
 struct Body {
-    std::array<std::int64_t, 3> cells = {1, 1, 1};
-    double cell_size = 1; ///< m
+    std::array<std::int64_t, 3> cells = {1, 1, 1}; ///< of the grid, along x, y and z
+    double cell_size = 1;                          ///< m
+    std::array<double, 3> origin = {0, 0, 0};      ///< low corner of the grid, m
+    /// One a cell of the grid, x fastest, then y, then z; 0 = no cell there. Empty: every cell, of one material.
+    std::vector<std::uint8_t> labels;
+    std::string voxels, surface; ///< the file that the labels come from, as the scene names it; "" where there is none
+};
+
+/// The material of the cells with one label. Poisson's ratio, density and the rest are the scene's.
+struct Label {
+    std::uint8_t value = 1;
+    double young_modulus = 1; ///< Pa; 0: these cells are left out
 };
 
 /// Nodes that stay where they are along the named axes.
@@ -135,6 +145,7 @@ struct SceneSource {
 struct Scene {
     Body body;
     Material material;
+    std::vector<Label> labels; ///< none: the body has one label, and it is `material`
     std::vector<Fix> fixes;
     std::vector<Move> moves;
     Gravity gravity;
@@ -146,7 +157,8 @@ struct Scene {
     SceneSource source;
 };
 
-/// Reads a scene from TOML text; `filename` is for messages alone. Throws SceneError.
+/// Reads a scene from TOML text, and the voxels or the surface that it names: a relative path starts where the file
+/// `filename` lies. Throws SceneError.
 Scene parse_scene(std::string_view text, const std::string& filename);
 
 /// Reads a scene file. Throws SceneError, also where the file cannot be read.

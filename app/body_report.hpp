@@ -1,0 +1,21 @@
+#pragma once
+
+/// \file
+/// What a scene's body is, told before it is computed.
+
+#include "hybmss/simulation.hpp"
+
+#include <string>
+
+namespace hybmss {
+
+/// "10 x 10 x 10 cells, 1331 nodes, 14230 springs, about 1.2 MB", with the filled cells where the grid is not full.
+std::string body_line(const Simulation& simulation, const SimulationOptions& options);
+
+/// "2 parts that share no face with each other: 1200 and 3 cells"; "" for a body in one piece.
+std::string parts_line(const Lattice& lattice);
+
+/// "1: 1200 cells of 3000 Pa; 2: 30 cells of 9000 Pa"; "" for a body without labels.
+std::string labels_line(const Scene& scene);
+
+} // namespace hybmss
