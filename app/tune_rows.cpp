@@ -1,5 +1,7 @@
 #include "app/tune_rows.hpp"
 
+#include "bench/standard_bodies.hpp"
+
 #include <cmath>
 
 namespace hybmss {
@@ -48,6 +50,25 @@ std::vector<TuneRow> tune_matrix(const std::vector<Precision>& precisions, bool 
                                     Lattice::box(edge, edge, edge, 0.1), material, network, precision, forces});
                 }
             }
+        }
+    }
+    return rows;
+}
+
+std::vector<TuneRow> check_rows(const std::vector<Precision>& precisions, bool forces) {
+    constexpr double kCellSize = 0.1;
+    std::vector<std::pair<std::string, Lattice>> bodies;
+    for (const auto& [nx, ny, nz] : kTable6) {
+        bodies.emplace_back(std::to_string(nx) + "x" + std::to_string(ny) + "x" + std::to_string(nz),
+                            Lattice::box(nx, ny, nz, kCellSize));
+    }
+    bodies.emplace_back("hollow-ball-64", hollow_ball(64, 4, kCellSize));
+    Material material;
+    material.poisson_ratio = 0.4;
+    std::vector<TuneRow> rows;
+    for (const auto& [name, lattice] : bodies) {
+        for (const Precision precision : precisions) {
+            rows.push_back(tune_row(name, lattice, material, precision, forces));
         }
     }
     return rows;

@@ -30,4 +30,7 @@ TuneRow tune_row(const std::string& scene_name, const Lattice& lattice, const Ma
 /// lattices, and up to 2^16 nodes as networks with and without cells.
 std::vector<TuneRow> tune_matrix(const std::vector<Precision>& precisions, bool forces);
 
+/// The bodies that the tuner's choices are checked on: the meshes of Table 6 and a hollow ball of voxels, full HybMSS.
+std::vector<TuneRow> check_rows(const std::vector<Precision>& precisions, bool forces);
+
 } // namespace hybmss

@@ -1,6 +1,7 @@
 #include "app/verify_bodies.hpp"
 
 #include "app/verify_networks.hpp"
+#include "bench/standard_bodies.hpp"
 #include "reference/assembly.hpp"
 
 #include <array>
@@ -63,14 +64,7 @@ std::vector<NamedLattice> lattices(std::mt19937& random) {
                                         {33, 17, 9}}) {
         all.push_back(box(n, 0.3));
     }
-    for (const std::array<int, 3>& n : {std::array<int, 3>{10, 10, 10},
-                                        {15, 15, 15},
-                                        {20, 20, 20},
-                                        {30, 30, 30},
-                                        {4, 4, 24},
-                                        {8, 8, 48},
-                                        {10, 10, 60},
-                                        {16, 16, 96}}) {
+    for (const std::array<int, 3>& n : kTable6) {
         all.push_back(box(n, n[0] == n[2] ? 0.5 : 0.1));
     }
     all.push_back(random_mask({9, 8, 7}, 0.3, 0.3, random));

@@ -61,10 +61,8 @@ std::vector<Vector3d> random_displacements(const Subject<T>& subject, double str
 template <class T>
 void check_instruction_set(Subject<T>& subject) {
     const PlanDescription plan = subject.plan.describe();
-    // "network" is a way to plan a lattice; the plan then names the network's own layout.
-    const bool layout_kept = plan.layout == subject.key.layout || subject.key.layout == "network";
-    const bool ran =
-        plan.instruction_set == subject.key.instruction_set && layout_kept && plan.precision == subject.key.precision;
+    const bool ran = plan.instruction_set == subject.key.instruction_set && plan.layout == subject.key.layout &&
+                     plan.precision == subject.key.precision;
     subject.record("instruction set", ran ? 0.0 : kFailed);
 }
 

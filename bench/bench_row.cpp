@@ -1,14 +1,13 @@
 #include "bench/bench_row.hpp"
 
+#include "bench/standard_bodies.hpp"
+
 #include <algorithm>
 #include <stdexcept>
 
 namespace hybmss::bench {
 namespace {
 
-// Table 6: cubes, then bars, each list by rising number of cells.
-constexpr std::array<std::array<int, 3>, 8> kTable6 = {
-    {{10, 10, 10}, {15, 15, 15}, {20, 20, 20}, {30, 30, 30}, {4, 4, 24}, {8, 8, 48}, {10, 10, 60}, {16, 16, 96}}};
 // One mesh that lives in the first cache and one that does not.
 constexpr std::array<std::array<int, 3>, 2> kQuick = {{{10, 10, 10}, {30, 30, 30}}};
 
@@ -34,6 +33,9 @@ std::string name(Accuracy accuracy) {
 }
 
 std::string mesh_name(const BenchRow& row) {
+    if (row.wall > 0) {
+        return "hollow-ball-" + std::to_string(row.mesh[0]);
+    }
     return std::to_string(row.mesh[0]) + "x" + std::to_string(row.mesh[1]) + "x" + std::to_string(row.mesh[2]);
 }
 
@@ -44,7 +46,9 @@ std::string name(const BenchRow& row, const std::string& operation) {
 }
 
 Lattice row_lattice(const BenchRow& row) {
-    return Lattice::box(row.mesh[0], row.mesh[1], row.mesh[2], 0.5);
+    constexpr double kCellSize = 0.5;
+    return row.wall > 0 ? hollow_ball(row.mesh[0], row.wall, kCellSize)
+                        : Lattice::box(row.mesh[0], row.mesh[1], row.mesh[2], kCellSize);
 }
 
 Material row_material(const BenchRow& row) {
@@ -97,18 +101,24 @@ std::vector<BenchRow> step_rows(const RowChoices& choices, bool quick) {
         models = {Model::hybmss, Model::without_correction_forces};
     }
     std::vector<BenchRow> rows;
-    for (const auto& mesh : meshes) {
-        for (Model model : models) {
-            for (const std::string& layout : choices.layouts) {
-                for (InstructionSet set : choices.instruction_sets) {
-                    for (Precision precision : choices.precisions) {
-                        for (int count : choices.threads) {
-                            rows.push_back({mesh, model, layout, set, precision, count, choices.accuracy});
-                        }
+    const auto append = [&](const std::array<int, 3>& mesh, Model model, int wall) {
+        for (const std::string& layout : choices.layouts) {
+            for (InstructionSet set : choices.instruction_sets) {
+                for (Precision precision : choices.precisions) {
+                    for (int count : choices.threads) {
+                        rows.push_back({mesh, model, layout, set, precision, count, choices.accuracy, wall});
                     }
                 }
             }
         }
+    };
+    for (const auto& mesh : meshes) {
+        for (Model model : models) {
+            append(mesh, model, 0);
+        }
+    }
+    if (!quick) {
+        append({64, 64, 64}, Model::hybmss, 4);
     }
     return rows;
 }

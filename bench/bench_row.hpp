@@ -33,6 +33,7 @@ struct BenchRow {
     Precision precision = Precision::float32;
     int threads = 1;
     Accuracy accuracy = Accuracy::fast;
+    int wall = 0; ///< above 0: a hollow ball in mesh[0]^3 cells, its wall so many cells thick; else a box
 };
 
 /// What the matrix is spanned by, besides meshes and models.
@@ -46,7 +47,7 @@ struct RowChoices {
 
 /// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1"; `operation` is "step" or "hessian".
 std::string name(const BenchRow& row, const std::string& operation = "step");
-std::string mesh_name(const BenchRow& row); ///< e.g. "10x10x10"
+std::string mesh_name(const BenchRow& row); ///< e.g. "10x10x10", "hollow-ball-64"
 std::string name(Model model);              ///< "HybMSS", "HybMSS-FD" or "HybMSS-CF"
 std::string name(Precision precision);      ///< "float" or "double"
 std::string name(Accuracy accuracy);        ///< "fast" or "exact"
@@ -63,7 +64,8 @@ std::vector<std::string> row_layouts();
 /// Throws std::invalid_argument that lists the known names.
 void check_layout(const std::string& layout);
 
-/// Golec et al.'s Table 6 x three models x what `choices` span. `quick`: two meshes and two models only.
+/// Golec et al.'s Table 6 x three models x what `choices` span, and full HybMSS on a hollow ball. `quick`: two meshes
+/// and two models only.
 std::vector<BenchRow> step_rows(const RowChoices& choices, bool quick);
 
 } // namespace hybmss::bench

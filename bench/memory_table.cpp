@@ -1,10 +1,9 @@
 #include "bench/memory_table.hpp"
 
 #include "bench/printed.hpp"
+#include "bench/standard_bodies.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
-
-#include <cmath>
 
 namespace hybmss::bench {
 
@@ -19,24 +18,8 @@ std::string name(Shape shape) {
     return shape == Shape::box ? "32x32x32" : "hollow-ball-64";
 }
 
-/// The ball's wall is four cells thick, so a sixth of its bounding box is filled.
 Lattice make_lattice(Shape shape) {
-    if (shape == Shape::box) {
-        return Lattice::box(32, 32, 32, 0.5);
-    }
-    constexpr int kEdge = 64;
-    Lattice lattice = Lattice::box(kEdge, kEdge, kEdge, 0.5);
-    for (int k = 0; k < kEdge; ++k) {
-        for (int j = 0; j < kEdge; ++j) {
-            for (int i = 0; i < kEdge; ++i) {
-                const double radius = std::hypot(i + 0.5 - kEdge / 2, j + 0.5 - kEdge / 2, k + 0.5 - kEdge / 2);
-                if (radius > kEdge / 2 || radius < kEdge / 2 - 4) {
-                    lattice.set_cell_scale(i, j, k, 0.0f);
-                }
-            }
-        }
-    }
-    return lattice;
+    return shape == Shape::box ? Lattice::box(32, 32, 32, 0.5) : hollow_ball(64, 4, 0.5);
 }
 
 template <class T>

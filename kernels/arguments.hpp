@@ -3,6 +3,7 @@
 // What kernels are called with: plain pointers, strides and counts. Nothing here owns memory or checks anything.
 
 #include "hybmss/accuracy.hpp"
+#include "layouts/vector_neighbors.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -46,6 +47,9 @@ struct StepConstants {
 ///
 /// Planes lie `plane` >= lanes + row + 1 elements apart: the void cells of the last row reach one row behind the lanes,
 /// where everything is zero and remains so. `partial` and `above` are `plane` elements long too.
+///
+/// In the layout active-rows, rows have no fixed distance, and planes differ in length: `neighbors` has the place of
+/// row and plane, `lanes` and `upper_lanes` are what the two planes take, `plane` is where the upper one begins.
 template <class T>
 struct LatticeLayer {
     std::ptrdiff_t row;
@@ -61,6 +65,8 @@ struct LatticeLayer {
     T* above[3];    ///< forces on the upper plane, from this layer; set, not added to
     T volume_ratio; ///< kappa h^2 / (32 k_c h): the volume force's constant by the cube diagonal's
     StepConstants<T> step;
+    const VectorNeighbors* neighbors; ///< active-rows: one a vector of the lower plane but its first
+    std::ptrdiff_t upper_lanes;       ///< active-rows
 };
 
 struct LayerEnergy {

@@ -20,6 +20,10 @@ namespace hybmss::kernels {
     extern const RecordHessianKernels<double> kRecordsHessianDouble;                                                   \
     extern const SoaHessianKernels<float> kSoaHessianFloat;                                                            \
     extern const SoaHessianKernels<double> kSoaHessianDouble;                                                          \
+    extern const LatticeKernels<float> kActiveFloat;                                                                   \
+    extern const LatticeKernels<double> kActiveDouble;                                                                 \
+    extern const GatherKernels<float> kGatherFloat;                                                                    \
+    extern const GatherKernels<double> kGatherDouble;                                                                  \
     extern const SoaKernels<float> kSoaFloat;                                                                          \
     extern const SoaKernels<double> kSoaDouble;                                                                        \
     extern const PackedKernels<float> kPackedFloat;                                                                    \

@@ -19,12 +19,14 @@ struct LatticeHessianLayer {
     std::ptrdiff_t row;
     std::ptrdiff_t lanes;
     std::ptrdiff_t plane;
-    const T* displacement[3]; ///< of the lower node plane; the upper one follows after `plane` elements
-    const T* direction[3];    ///< p, likewise; for products alone
-    const T* stiffness[7];    ///< as in LatticeLayer
-    T* partial[components];   ///< sums of the lower plane, from the layer below and this one
-    T* above[components];     ///< sums of the upper plane, from this layer; set, not added to
-    T volume_ratio;           ///< as in LatticeLayer
+    const T* displacement[3];         ///< of the lower node plane; the upper one follows after `plane` elements
+    const T* direction[3];            ///< p, likewise; for products alone
+    const T* stiffness[7];            ///< as in LatticeLayer
+    T* partial[components];           ///< sums of the lower plane, from the layer below and this one
+    T* above[components];             ///< sums of the upper plane, from this layer; set, not added to
+    T volume_ratio;                   ///< as in LatticeLayer
+    const VectorNeighbors* neighbors; ///< as in LatticeLayer for active-rows; null for flat rows
+    std::ptrdiff_t upper_lanes;       ///< as in LatticeLayer; for active-rows
 };
 
 /// Nodes of a network as separate arrays; m.

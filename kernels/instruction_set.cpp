@@ -23,6 +23,8 @@ struct Entry {
 #define HYBMSS_TABLES(set)                                                                                             \
     {InstructionSet::set,                                                                                              \
      &kernels::set::kLatticeFloat,                                                                                     \
+     &kernels::set::kActiveFloat,                                                                                      \
+     &kernels::set::kGatherFloat,                                                                                      \
      &kernels::set::kLatticeHessianFloat,                                                                              \
      &kernels::set::kSoaFloat,                                                                                         \
      &kernels::set::kPackedFloat,                                                                                      \
@@ -33,9 +35,10 @@ struct Entry {
      &kernels::set::kRunsHessianFloat,                                                                                 \
      &kernels::set::kRecordsHessianFloat},                                                                             \
     {                                                                                                                  \
-        InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kLatticeHessianDouble,                      \
-            &kernels::set::kSoaDouble, &kernels::set::kPackedDouble, &kernels::set::kRunsDouble,                       \
-            &kernels::set::kRecordsDouble, &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,      \
+        InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kActiveDouble,                              \
+            &kernels::set::kGatherDouble, &kernels::set::kLatticeHessianDouble, &kernels::set::kSoaDouble,             \
+            &kernels::set::kPackedDouble, &kernels::set::kRunsDouble, &kernels::set::kRecordsDouble,                   \
+            &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,                                     \
             &kernels::set::kRunsHessianDouble, &kernels::set::kRecordsHessianDouble                                    \
     }
 

@@ -13,7 +13,9 @@ namespace hybmss::kernels {
 template <class T>
 struct KernelTable {
     InstructionSet instruction_set;
-    const LatticeKernels<T>* lattice;
+    const LatticeKernels<T>* lattice; ///< flat-rows
+    const LatticeKernels<T>* active;  ///< active-rows
+    const GatherKernels<T>* gather;
     const LatticeHessianKernels<T>* lattice_hessian;
     const SoaKernels<T>* soa;
     const PackedKernels<T>* packed;

@@ -18,12 +18,6 @@ HYBMSS_INLINE Symmetric3<V> next_column(const Symmetric3<V>& high, Symmetric3<V>
 }
 
 template <class V, class T>
-HYBMSS_INLINE void store_blocks(T* const (&blocks)[kBlockEntries], std::ptrdiff_t n, const Symmetric3<V>& b) {
-    for (int i = 0; i < kBlockEntries; ++i) {
-        store_lanes(blocks[i] + n, b.entry[i]);
-    }
-}
-template <class V, class T>
 HYBMSS_INLINE void add_blocks(T* const (&blocks)[kBlockEntries], std::ptrdiff_t n, const Symmetric3<V>& b) {
     for (int i = 0; i < kBlockEntries; ++i) {
         store_lanes(blocks[i] + n, load_lanes<V>(blocks[i] + n) + b.entry[i]);
@@ -66,14 +60,12 @@ template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
 void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
     const V zero = splat<V>(0);
     const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
-    const std::ptrdiff_t row = layer.row;
-    for (std::ptrdiff_t n = 0; n < row; n += kWidth<V>) {
-        store_blocks<V>(layer.above, n, none);
-    }
+    clear_above<V>(layer);
     Symmetric3<V> carry[4] = {none, none, none, none};
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+    for (std::ptrdiff_t n = first_vector<V>(layer); n < layer.lanes; n += kWidth<V>) {
+        const CellRows at = hessian_rows<V>(layer, n);
         Vector3<V> u[8];
-        load_cells<V>(layer, layer.displacement, n, u);
+        load_cells<V>(layer, layer.displacement, at, u);
         V k[7];
         for (int kind = 0; kind < 7; ++kind) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
@@ -84,9 +76,9 @@ void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries
         if constexpr (volume != Volume::none) {
             add_volume_blocks<volume>(u, k[6] * splat<V>(layer.volume_ratio), blocks);
         }
-        store_blocks<V>(layer.above, n + row, blocks[6] + next_column(blocks[7], carry[3]));
-        add_blocks<V>(layer.above, n, blocks[4] + next_column(blocks[5], carry[2]));
-        add_blocks<V>(layer.partial, n + row, blocks[2] + next_column(blocks[3], carry[1]));
+        add_blocks<V>(layer.above, at.high_y, blocks[6] + next_column(blocks[7], carry[3]));
+        add_blocks<V>(layer.above, at.high, blocks[4] + next_column(blocks[5], carry[2]));
+        add_blocks<V>(layer.partial, at.low_y, blocks[2] + next_column(blocks[3], carry[1]));
         add_blocks<V>(layer.partial, n, blocks[0] + next_column(blocks[1], carry[0]));
     }
 }
@@ -97,17 +89,18 @@ void lattice_hessian_diagonal_top(const LatticeHessianLayer<Scalar<V>, kBlockEnt
     const V zero = splat<V>(0);
     const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
     Symmetric3<V> carry[2] = {none, none};
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+    for (std::ptrdiff_t n = first_vector<V>(layer); n < layer.lanes; n += kWidth<V>) {
+        const CellRows at = hessian_rows<V>(layer, n);
         Vector3<V> u[4];
         load_row<V>(layer.displacement, n, u[0], u[1]);
-        load_row<V>(layer.displacement, n + layer.row, u[2], u[3]);
+        load_row<V>(layer.displacement, at.low_y, u[2], u[3]);
         V k[7];
         for (int kind : {0, 1, 3}) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
         Symmetric3<V> blocks[4] = {none, none, none, none};
         add_spring_blocks<accuracy>(PlaneSprings<face_diagonals>{}, u, k, blocks);
-        add_blocks<V>(layer.partial, n + layer.row, blocks[2] + next_column(blocks[3], carry[1]));
+        add_blocks<V>(layer.partial, at.low_y, blocks[2] + next_column(blocks[3], carry[1]));
         add_blocks<V>(layer.partial, n, blocks[0] + next_column(blocks[1], carry[0]));
     }
 }

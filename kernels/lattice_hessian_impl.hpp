@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kernels/active_rows_impl.hpp"
+#include "kernels/hessian_arguments.hpp"
 #include "kernels/lattice_layer_impl.hpp"
 #include "kernels/spring_hessian.hpp"
 
@@ -17,12 +19,34 @@ HYBMSS_INLINE void load_row(const Scalar<V>* const (&field)[3], std::ptrdiff_t n
 
 /// The eight corners of a vector of cells.
 template <class V, class Layer>
-HYBMSS_INLINE void load_cells(const Layer& layer, const Scalar<V>* const (&field)[3], std::ptrdiff_t n,
+HYBMSS_INLINE void load_cells(const Layer& layer, const Scalar<V>* const (&field)[3], const CellRows& at,
                               Vector3<V> (&corner)[8]) {
-    load_row<V>(field, n, corner[0], corner[1]);
-    load_row<V>(field, n + layer.row, corner[2], corner[3]);
-    load_row<V>(field, n + layer.plane, corner[4], corner[5]);
-    load_row<V>(field, n + layer.plane + layer.row, corner[6], corner[7]);
+    load_row<V>(field, at.low, corner[0], corner[1]);
+    load_row<V>(field, at.low_y, corner[2], corner[3]);
+    load_row<V>(field, layer.plane + at.high, corner[4], corner[5]);
+    load_row<V>(field, layer.plane + at.high_y, corner[6], corner[7]);
+}
+
+// Flat or active rows, found out at run time: a vector of cells has work enough to hide the question. So all layouts
+// share these kernels.
+template <class V, class Layer>
+HYBMSS_INLINE CellRows hessian_rows(const Layer& layer, std::ptrdiff_t n) {
+    return layer.neighbors ? listed_rows<V>(layer, n) : rows_at(layer, n);
+}
+/// The first vector: in active rows, the one at 0 is void.
+template <class V, class Layer>
+HYBMSS_INLINE std::ptrdiff_t first_vector(const Layer& layer) {
+    return layer.neighbors ? kWidth<V> : 0;
+}
+/// All that a sweep adds to in `above`.
+template <class V, class T, int components>
+HYBMSS_INLINE void clear_above(const LatticeHessianLayer<T, components>& layer) {
+    const std::ptrdiff_t end = layer.neighbors ? layer.upper_lanes : layer.plane;
+    for (int c = 0; c < components; ++c) {
+        for (std::ptrdiff_t n = 0; n < end; n += kWidth<V>) {
+            store_lanes(layer.above[c] + n, splat<V>(0));
+        }
+    }
 }
 
 /// H (p_a - p_b) of each spring of a group, by the pair of its corners: what it adds at a, and subtracts at b.
@@ -83,16 +107,13 @@ HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V>
 /// One layer of cells: adds K p to `partial`, sets `above`. Rows meet and are stored as in lattice_layer.
 template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
 void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
-    const V zero = splat<V>(0);
-    const std::ptrdiff_t row = layer.row;
-    for (std::ptrdiff_t n = 0; n < row; n += kWidth<V>) {
-        store_force<V>(layer.above, n, {zero, zero, zero});
-    }
-    Vector3<V> carry00{zero, zero, zero}, carry10 = carry00, carry01 = carry00, carry11 = carry00;
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+    clear_above<V>(layer);
+    auto carry = no_carry<V>();
+    for (std::ptrdiff_t n = first_vector<V>(layer); n < layer.lanes; n += kWidth<V>) {
+        const CellRows at = hessian_rows<V>(layer, n);
         Vector3<V> u[8], p[8];
-        load_cells<V>(layer, layer.displacement, n, u);
-        load_cells<V>(layer, layer.direction, n, p);
+        load_cells<V>(layer, layer.displacement, at, u);
+        load_cells<V>(layer, layer.direction, at, p);
         V k[7];
         for (int kind = 0; kind < 7; ++kind) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
@@ -124,10 +145,13 @@ void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
             f[1] = f[1] + yx + zx;
             f[2] = f[2] - yx + zy;
         }
-        store_force<V>(layer.above, n + row, Vector3<V>{zero, zero, zero} - minus_f6 - next_column(f[0], carry11));
-        store_force<V>(layer.above, n, load_force<V>(layer.above, n) - minus_f4 - next_column(minus_f5, carry01));
-        store_force<V>(layer.partial, n + row, load_force<V>(layer.partial, n + row) + f[2] + next_column(f3, carry10));
-        store_force<V>(layer.partial, n, load_force<V>(layer.partial, n) + f0 + next_column(f[1], carry00));
+        store_force<V>(layer.above, at.high_y,
+                       load_force<V>(layer.above, at.high_y) - minus_f6 - next_column(f[0], carry.high_y));
+        store_force<V>(layer.above, at.high,
+                       load_force<V>(layer.above, at.high) - minus_f4 - next_column(minus_f5, carry.high));
+        store_force<V>(layer.partial, at.low_y,
+                       load_force<V>(layer.partial, at.low_y) + f[2] + next_column(f3, carry.low_y));
+        store_force<V>(layer.partial, n, load_force<V>(layer.partial, n) + f0 + next_column(f[1], carry.low));
     }
 }
 
@@ -135,13 +159,14 @@ void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
 template <bool face_diagonals, Accuracy accuracy, class V>
 void lattice_hessian_product_top(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
     const V zero = splat<V>(0);
-    Vector3<V> carry00{zero, zero, zero}, carry10 = carry00;
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+    auto carry = no_carry<V>();
+    for (std::ptrdiff_t n = first_vector<V>(layer); n < layer.lanes; n += kWidth<V>) {
+        const CellRows at = hessian_rows<V>(layer, n);
         Vector3<V> u[4], p[4];
         load_row<V>(layer.displacement, n, u[0], u[1]);
-        load_row<V>(layer.displacement, n + layer.row, u[2], u[3]);
+        load_row<V>(layer.displacement, at.low_y, u[2], u[3]);
         load_row<V>(layer.direction, n, p[0], p[1]);
-        load_row<V>(layer.direction, n + layer.row, p[2], p[3]);
+        load_row<V>(layer.direction, at.low_y, p[2], p[3]);
         V k[7];
         for (int kind : {0, 1, 3}) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
@@ -156,9 +181,9 @@ void lattice_hessian_product_top(const LatticeHessianLayer<Scalar<V>, 3>& layer)
             minus_f2 = minus_f2 + yx;
             minus_f3 = xy;
         }
-        store_force<V>(layer.partial, n + layer.row,
-                       load_force<V>(layer.partial, n + layer.row) - minus_f2 - next_column(minus_f3, carry10));
-        store_force<V>(layer.partial, n, load_force<V>(layer.partial, n) + f0 - next_column(minus_f1, carry00));
+        store_force<V>(layer.partial, at.low_y,
+                       load_force<V>(layer.partial, at.low_y) - minus_f2 - next_column(minus_f3, carry.low_y));
+        store_force<V>(layer.partial, n, load_force<V>(layer.partial, n) + f0 - next_column(minus_f1, carry.low));
     }
 }
 

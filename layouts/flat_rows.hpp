@@ -1,21 +1,11 @@
 #pragma once
 
-#include "hybmss/lattice.hpp"
-#include "hybmss/material.hpp"
-#include "layouts/aligned_array.hpp"
-
-#include <array>
-#include <cstddef>
-#include <vector>
+#include "layouts/lattice_arrays.hpp"
 
 namespace hybmss {
 
-/// A run of consecutive nodes of the body that are also consecutive in the layout.
-struct NodeRun {
-    std::size_t node;
-    std::size_t index;
-    std::size_t length;
-};
+/// Whether a layout has planes of zeros below and above the body.
+enum class Ghosts { none, planes };
 
 /// The layout "flat-rows": every grid node has a place, connectivity is a sum of strides, void cells have stiffness
 /// zero.
@@ -27,31 +17,15 @@ struct NodeRun {
 ///
 /// Rows are nx + 1 nodes long and not padded (a padded row costs more lanes than it saves); planes are padded so that
 /// they start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
+///
+/// With ghost planes it is the layout "gather-rows": a kernel may read the neighbours below the first plane and above
+/// the last one, and stiffnesses of cells there, all zero.
+///
+///     zeros for a row and a node | ghost plane | plane 0 | ... | plane nz | ghost plane
 template <class T>
-struct FlatRows {
-    FlatRows(const Lattice& lattice, const Material& material);
+LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Ghosts ghosts = Ghosts::none);
 
-    std::array<std::size_t, 3> axes; ///< the body's axis along a row, along a plane, and normal to the planes
-    std::size_t row;                 ///< nodes of a row
-    std::size_t lanes;               ///< nodes of a plane, padded
-    std::size_t plane;               ///< distance of planes
-    std::size_t planes;
-    double cell_size;
-    AlignedArray<T> stiffness[7];        ///< k h, N; see kernels::LatticeLayer
-    AlignedArray<T> inverse_mass;        ///< 1 / (m h); 0 at void nodes
-    T volume_ratio;                      ///< kappa h^2 / (32 k_c h)
-    std::vector<double> masses;          ///< kg, one a node of the body
-    std::vector<NodeRun> runs;           ///< ascending, none longer than a plane
-    std::vector<std::size_t> plane_runs; ///< the first run of each plane; one more entry at the end
-    std::size_t node_count = 0;
-
-    std::size_t size() const { return planes * plane; }
-    std::size_t bytes() const;
-    /// The layout index of a node of the body.
-    std::size_t index_of(std::size_t node) const;
-};
-
-extern template struct FlatRows<float>;
-extern template struct FlatRows<double>;
+extern template LatticeArrays<float> flat_rows(const Lattice&, const Material&, Ghosts);
+extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&, Ghosts);
 
 } // namespace hybmss

@@ -3,11 +3,12 @@
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/force_plan.hpp"
 #include "layouts/aligned_array.hpp"
-#include "layouts/flat_rows.hpp"
+#include "layouts/node_runs.hpp"
 #include "plan/workers.hpp"
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace hybmss {
@@ -139,6 +140,13 @@ private:
 
     Workers workers_;
 };
+
+/// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one.
+std::vector<std::string> distinct_lattice_layouts();
+
+/// The layout that a lattice gets where nothing is timed: active-rows where at most half of the cells are filled and
+/// rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else flat-rows. The same on every machine.
+std::string estimated_layout(const Lattice& lattice);
 
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options);

@@ -1,6 +1,9 @@
 #include "plan/lattice_body.hpp"
 
+#include "layouts/active_rows.hpp"
+#include "layouts/flat_rows.hpp"
 #include "plan/critical_time_step.hpp"
+#include "plan/lattice_energy.hpp"
 #include "plan/plan_description.hpp"
 
 #include <algorithm>
@@ -15,14 +18,22 @@ namespace {
 
 /// Slabs of at least three layers, at most sixteen of them: a join costs about a twentieth of a layer, and what crosses
 /// from core to core far more; so no more of them either than threads that are of use, but two where there are layers
-/// enough. A power of two, so that two, four and eight threads get equal shares.
-std::vector<std::size_t> divide_into_slabs(std::size_t layers, std::size_t nodes) {
+/// enough. A power of two, so that two, four and eight threads get equal shares: of the lanes that the layers sweep, as
+/// near as layers allow.
+template <class T>
+std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t nodes) {
+    const std::size_t layers = layout.planes - 1;
     const std::size_t of_use = std::clamp<std::size_t>(1 + nodes / kNodesPerThread, 2, 16);
     const std::size_t slabs = std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
-    std::vector<std::size_t> begin;
-    for (std::size_t s = 0; s <= slabs; ++s) {
-        begin.push_back(layers * s / slabs);
+    const std::size_t all = layout.begin[layers] - layout.begin[0];
+    std::vector<std::size_t> begin = {0};
+    for (std::size_t s = 1; s < slabs; ++s) {
+        const auto share =
+            std::upper_bound(layout.begin.begin(), layout.begin.end(), layout.begin[0] + all * s / slabs);
+        const auto layer = static_cast<std::size_t>(share - layout.begin.begin()) - 1;
+        begin.push_back(std::clamp(layer, begin.back() + 1, layers - (slabs - s)));
     }
+    begin.push_back(layers);
     return begin;
 }
 
@@ -42,11 +53,16 @@ void point_to(T* (&pointers)[3], AlignedArray<T>* arrays) {
 } // namespace
 
 template <class T>
-LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options)
-    : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count()))), layout_(lattice, material),
+LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
+                            const std::string& layout)
+    : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count()))), name_(layout),
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+      kernels_(layout == kActiveRows ? table_->active : table_->lattice),
+      layout_(layout == kActiveRows
+                  ? active_rows<T>(lattice, material, kernels_->width)
+                  : flat_rows<T>(lattice, material, layout == kGatherRows ? Ghosts::planes : Ghosts::none)),
       face_diagonals_(material.face_diagonal_ratio > 0), volume_(kernel_volume(resolved_volume_energy(material))),
-      accuracy_(options.accuracy), slab_begin_(divide_into_slabs(layout_.planes - 1, lattice.grid_node_count())),
+      accuracy_(options.accuracy), slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count())),
       critical_time_step_(lattice_critical_time_step(lattice, material)),
       springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
 
@@ -71,10 +87,15 @@ State<T> LatticeBody<T>::make_state(bool moving) const {
 template <class T>
 auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     Layer layer{};
+    const std::size_t offset = layout_.begin[k];
     layer.row = static_cast<std::ptrdiff_t>(layout_.row);
-    layer.lanes = static_cast<std::ptrdiff_t>(layout_.lanes);
-    layer.plane = static_cast<std::ptrdiff_t>(layout_.plane);
-    const std::size_t offset = k * layout_.plane;
+    layer.lanes = static_cast<std::ptrdiff_t>(layout_.lanes[k]);
+    layer.plane = static_cast<std::ptrdiff_t>(layout_.begin[k + 1] - offset);
+    if (!layout_.neighbors.empty()) {
+        // One a vector, but none for the void one of each plane.
+        layer.neighbors = layout_.neighbors.data() + offset / layout_.width - k;
+        layer.upper_lanes = static_cast<std::ptrdiff_t>(k + 1 < layout_.planes ? layout_.lanes[k + 1] : 0);
+    }
     // Fields hold the body's components; the kernels' follow the layout's axes.
     for (std::size_t c = 0; c < 3; ++c) {
         auto& displacement = state.displacement[layout_.axes[c]];
@@ -97,27 +118,26 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     const bool lowest = slab == 0, highest = slab + 1 == slabs();
     AlignedArray<T>* const joins = state.buffers.data();
     AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
-    const auto& layers =
-        table_->lattice->layer[face_diagonals_][static_cast<int>(volume_)][static_cast<int>(accuracy_)];
-    const auto& tops = table_->lattice->top[face_diagonals_][static_cast<int>(accuracy_)];
+    const auto& layers = kernels_->layer[face_diagonals_][static_cast<int>(volume_)][static_cast<int>(accuracy_)];
+    const auto& tops = kernels_->top[face_diagonals_][static_cast<int>(accuracy_)];
 
     Layer layer = layer_at(state, first);
     layer.step = step;
     if (finish == Finish::store) {
-        point_to(layer.partial, state.force, layout_.axes, first * layout_.plane);
+        point_to(layer.partial, state.force, layout_.axes, layout_.begin[first]);
     } else if (lowest) {
         point_to(layer.partial, own);
     } else {
         point_to(layer.partial, joins + 6 * (slab - 1));
     }
     for (T* partial : layer.partial) {
-        std::fill_n(partial, layout_.plane, T(0));
+        std::fill_n(partial, layout_.begin[first + 1] - layout_.begin[first], T(0));
     }
     for (std::size_t k = first; k < end; ++k) {
         if (k + 1 == end && !highest) {
             point_to(layer.above, joins + 6 * slab + 3);
         } else if (finish == Finish::store) {
-            point_to(layer.above, state.force, layout_.axes, (k + 1) * layout_.plane);
+            point_to(layer.above, state.force, layout_.axes, layout_.begin[k + 1]);
         } else {
             point_to(layer.above, own + 3 * ((k + 1 - first) % 2));
         }
@@ -139,12 +159,12 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
     Layer layer = layer_at(state, slab_begin_[join + 1]);
     layer.step = step;
     if (finish == Finish::store) {
-        point_to(layer.partial, state.force, layout_.axes, slab_begin_[join + 1] * layout_.plane);
+        point_to(layer.partial, state.force, layout_.axes, layout_.begin[slab_begin_[join + 1]]);
     } else {
         point_to(layer.partial, state.buffers.data() + 6 * join);
     }
     point_to(layer.above, state.buffers.data() + 6 * join + 3);
-    table_->lattice->join[static_cast<int>(finish)](layer);
+    kernels_->join[static_cast<int>(finish)](layer);
 }
 
 template <class T>
@@ -155,40 +175,44 @@ std::vector<Stage> LatticeBody<T>::sweep(State<T>& state, Finish finish, const S
 }
 
 template <class T>
-void LatticeBody<T>::compute_forces(State<T>& state) const {
+void LatticeBody<T>::allocate_forces(State<T>& state) const {
     for (auto& force : state.force) {
         if (force.size() == 0) {
             force = AlignedArray<T>(layout_.size());
         }
     }
+}
+
+template <class T>
+void LatticeBody<T>::compute_forces(State<T>& state) const {
+    allocate_forces(state);
     const StepConstants<T> none{};
     this->workers().run(sweep(state, Finish::store, none), 1);
 }
 
 template <class T>
 PotentialEnergy LatticeBody<T>::energy(State<T>& state) const {
-    const auto& kernel = table_->lattice->energy[face_diagonals_][static_cast<int>(volume_)];
+    const auto& kernel = kernels_->energy[face_diagonals_][static_cast<int>(volume_)];
     std::vector<kernels::LayerEnergy> layers(layout_.planes);
     this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
         layers[k] = kernel[k + 1 == layout_.planes](layer_at(state, k));
     });
-    // Stiffness is k h and lengths are u / h, so sums are energies divided by h.
-    PotentialEnergy sum;
-    for (const kernels::LayerEnergy& layer : layers) {
-        sum.springs += layout_.cell_size * layer.springs;
-        sum.volume += 32 * layout_.cell_size * layer.volume;
+    return sum_of_layers(layers, layout_.cell_size);
+}
+
+template <class T>
+StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& parameters) const {
+    StepParameters along_axes = parameters;
+    for (std::size_t c = 0; c < 3; ++c) {
+        along_axes.acceleration[c] = parameters.acceleration[layout_.axes[c]];
     }
-    return sum;
+    return step_constants<T>(along_axes, layout_.cell_size);
 }
 
 template <class T>
 void LatticeBody<T>::step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
                           long count) const {
-    StepParameters along_axes = parameters;
-    for (std::size_t c = 0; c < 3; ++c) {
-        along_axes.acceleration[c] = parameters.acceleration[layout_.axes[c]];
-    }
-    const StepConstants<T> constants = step_constants<T>(along_axes, layout_.cell_size);
+    const StepConstants<T> constants = constants_along_axes(parameters);
     const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
     std::vector<Stage> stages = sweep(state, finish, constants);
     Body<T>::add_action_stages(state, parameters, actions, stages);
@@ -199,11 +223,12 @@ template <class T>
 PlanDescription LatticeBody<T>::describe() const {
     PlanDescription d;
     d.instruction_set = table_->instruction_set;
-    d.layout = "flat-rows";
-    d.kernel = "lattice_layer" + kernel_variant(face_diagonals_, volume_, accuracy_);
+    d.layout = name_;
+    d.kernel =
+        (name_ == kActiveRows ? "active_layer" : "lattice_layer") + kernel_variant(face_diagonals_, volume_, accuracy_);
     d.precision = precision_name<T>();
     d.threads = this->workers().threads();
-    d.nodes = layout_.node_count;
+    d.nodes = layout_.masses.size();
     d.springs = springs_;
     d.cells = cells_;
     d.bytes = layout_.bytes();

@@ -1,24 +1,32 @@
 #pragma once
 
 #include "kernels/kernel_table.hpp"
-#include "layouts/flat_rows.hpp"
+#include "layouts/lattice_arrays.hpp"
 #include "plan/body.hpp"
+
+#include <string>
 
 namespace hybmss {
 
-/// A lattice in the layout flat-rows, swept layer by layer.
+inline constexpr const char* kFlatRows = "flat-rows";
+inline constexpr const char* kActiveRows = "active-rows";
+inline constexpr const char* kGatherRows = "gather-rows"; ///< flat rows between ghost planes; see GatherBody
+
+/// A lattice in the layout flat-rows or active-rows, swept layer by layer.
 ///
 /// The layers of cells are divided into slabs, by the body alone, so that results do not depend on the threads. Slabs
 /// meet in a plane of nodes: the upper slab leaves what it adds there in the state, the lower one in a buffer, and when
 /// all slabs are done the two sums are joined and the plane is finished.
 template <class T>
-class LatticeBody final : public Body<T> {
+class LatticeBody : public Body<T> {
 public:
-    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options);
+    /// `layout`: one of the names above.
+    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
+                const std::string& layout);
 
     std::span<const double> masses() const override { return layout_.masses; }
     std::span<const NodeRun> runs() const override { return layout_.runs; }
-    std::size_t index_of(std::size_t node) const override { return layout_.index_of(node); }
+    std::size_t index_of(std::size_t node) const override { return index_in(layout_.runs, node); }
     double length_unit() const override { return layout_.cell_size; }
     double critical_time_step() const override { return critical_time_step_; }
     PlanDescription describe() const override;
@@ -31,12 +39,21 @@ public:
     void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
               long count) const override;
 
-private:
+protected:
     using Layer = kernels::LatticeLayer<T>;
 
-    std::size_t slabs() const { return slab_begin_.size() - 1; }
+    const kernels::KernelTable<T>& table() const { return *table_; }
+    const LatticeArrays<T>& layout() const { return layout_; }
+    bool face_diagonals() const { return face_diagonals_; }
+    kernels::Volume volume() const { return volume_; }
+    Accuracy accuracy() const { return accuracy_; }
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
+    void allocate_forces(State<T>& state) const;
+    kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
+
+private:
+    std::size_t slabs() const { return slab_begin_.size() - 1; }
     /// Finishes the plane where slabs `join` and `join` + 1 meet.
     void join(State<T>& state, std::size_t join, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
     /// The slabs, and then what joins them. The arguments must outlive the stages.
@@ -49,8 +66,10 @@ private:
     void sweep_hessian(State<T>& state, const kernels::LatticeHessianSweep<T, components>& kernels,
                        const NodeField<T>* direction, T* const (&sums)[components]) const;
 
-    FlatRows<T> layout_;
+    std::string name_; ///< of the layout
     const kernels::KernelTable<T>* table_;
+    const kernels::LatticeKernels<T>* kernels_;
+    LatticeArrays<T> layout_;
     bool face_diagonals_;
     kernels::Volume volume_;
     Accuracy accuracy_;

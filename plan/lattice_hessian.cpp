@@ -19,11 +19,14 @@ void LatticeBody<T>::sweep_hessian(State<T>& state, const kernels::LatticeHessia
                                    const NodeField<T>* direction, T* const (&sums)[components]) const {
     using HessianLayer = kernels::LatticeHessianLayer<T, components>;
     const auto layer_at = [&](std::size_t k) {
-        const std::size_t offset = k * layout_.plane;
+        const std::size_t offset = layout_.begin[k];
+        const Layer forces = this->layer_at(state, k);
         HessianLayer layer{};
-        layer.row = static_cast<std::ptrdiff_t>(layout_.row);
-        layer.lanes = static_cast<std::ptrdiff_t>(layout_.lanes);
-        layer.plane = static_cast<std::ptrdiff_t>(layout_.plane);
+        layer.row = forces.row;
+        layer.lanes = forces.lanes;
+        layer.plane = forces.plane;
+        layer.neighbors = forces.neighbors;
+        layer.upper_lanes = forces.upper_lanes;
         for (std::size_t c = 0; c < 3; ++c) {
             layer.displacement[c] = state.displacement[layout_.axes[c]].data() + offset;
             layer.direction[c] = direction ? (*direction)[layout_.axes[c]].data() + offset : nullptr;
@@ -33,7 +36,7 @@ void LatticeBody<T>::sweep_hessian(State<T>& state, const kernels::LatticeHessia
         }
         for (std::size_t c = 0; c < components; ++c) {
             layer.partial[c] = sums[c] + offset;
-            layer.above[c] = sums[c] + offset + layout_.plane;
+            layer.above[c] = sums[c] + layout_.begin[k + 1];
         }
         layer.volume_ratio = layout_.volume_ratio;
         return layer;
@@ -50,7 +53,7 @@ void LatticeBody<T>::sweep_hessian(State<T>& state, const kernels::LatticeHessia
     const auto sweep_slab = [&](std::size_t slab, std::size_t) {
         const std::size_t first = slab_begin_[slab], end = slab_begin_[slab + 1];
         for (T* sum : sums) {
-            std::fill_n(sum + first * layout_.plane, layout_.plane, T(0));
+            std::fill_n(sum + layout_.begin[first], layout_.begin[first + 1] - layout_.begin[first], T(0));
         }
         for (std::size_t k = first; k < end; ++k) {
             HessianLayer layer = layer_at(k);

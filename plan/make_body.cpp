@@ -1,3 +1,5 @@
+#include "layouts/active_rows.hpp"
+#include "plan/gather_body.hpp"
 #include "plan/lattice_body.hpp"
 #include "plan/network_body.hpp"
 #include "plan/packed_network_body.hpp"
@@ -9,7 +11,6 @@
 namespace hybmss {
 namespace {
 
-constexpr const char* kFlatRows = "flat-rows";
 constexpr const char* kNetwork = "network";
 constexpr const char* kPackedXyzw = "packed-xyzw";
 constexpr const char* kColouredSoa = "coloured-soa";
@@ -41,17 +42,36 @@ std::unique_ptr<Body<T>> network_body(const Network& network, const PlanOptions&
 } // namespace
 
 std::vector<std::string> lattice_layouts() {
-    return {kFlatRows, kNetwork};
+    return {kFlatRows, kActiveRows, kGatherRows, kNetwork};
 }
 std::vector<std::string> network_layouts() {
     return {kPackedXyzw, kColouredSoa, kAos};
 }
 
+std::vector<std::string> distinct_lattice_layouts() {
+    std::vector<std::string> layouts = lattice_layouts();
+    std::erase(layouts, kNetwork);
+    const std::vector<std::string> networks = network_layouts();
+    layouts.insert(layouts.end(), networks.begin(), networks.end());
+    return layouts;
+}
+
+std::string estimated_layout(const Lattice& lattice) {
+    // A vector of active rows costs what one of flat rows does, and a body this full has no rows to leave out.
+    const double cells = static_cast<double>(lattice.cell_scales().size());
+    const bool sparse = static_cast<double>(lattice.cell_count()) <= 0.5 * cells;
+    return sparse && active_share(lattice) < 0.75 ? kActiveRows : kFlatRows;
+}
+
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options) {
     validate(material);
-    if (options.layout.empty() || options.layout == kFlatRows) {
-        return std::make_unique<LatticeBody<T>>(lattice, material, options);
+    const std::string layout = options.layout.empty() ? estimated_layout(lattice) : options.layout;
+    if (layout == kFlatRows || layout == kActiveRows) {
+        return std::make_unique<LatticeBody<T>>(lattice, material, options, layout);
+    }
+    if (layout == kGatherRows) {
+        return std::make_unique<GatherBody<T>>(lattice, material, options);
     }
     if (options.layout == kNetwork) {
         return network_body<T>(Network::from_lattice(lattice, material), options, "");

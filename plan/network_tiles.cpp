@@ -1,5 +1,7 @@
 #include "plan/network_tiles.hpp"
 
+#include <algorithm>
+
 namespace hybmss {
 namespace {
 
@@ -18,13 +20,29 @@ void add_own_forces(const Layout& layout, const Choice& choice, const NetworkTil
     }
 }
 
+/// The sum of energy(first, last) over pieces of a range. A tile may be the whole body, and one long sum, even in
+/// double, loses more digits than its terms do.
+template <class Energy>
+double sum_over_pieces(std::size_t begin, std::size_t end, const Energy& energy) {
+    constexpr std::size_t kPiece = 2048;
+    double sum = 0;
+    for (std::size_t first = begin; first < end; first += kPiece) {
+        sum += energy(at(first), at(std::min(first + kPiece, end)));
+    }
+    return sum;
+}
+
 template <class Layout, class Choice, class Nodes>
 PotentialEnergy own_energy(const Layout& layout, const Choice& choice, const NetworkTile& tile, const Nodes& nodes) {
     const auto& kernels = NetworkTiles<Layout>::kernels(*choice.table);
     PotentialEnergy energy;
-    energy.springs = kernels.spring_energy(layout.springs.data(), nodes, at(tile.spring_begin), at(tile.spring_end));
+    energy.springs = sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
+        return kernels.spring_energy(layout.springs.data(), nodes, begin, end);
+    });
     if (const auto cells = kernels.cell_energy[static_cast<int>(choice.volume)]) {
-        energy.volume = cells(layout.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
+        energy.volume = sum_over_pieces(tile.cell_begin, tile.cell_end, [&](auto begin, auto end) {
+            return cells(layout.cells.data(), nodes, begin, end);
+        });
     }
     return energy;
 }

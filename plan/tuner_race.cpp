@@ -7,11 +7,19 @@
 namespace hybmss {
 namespace {
 
-constexpr double kHopeless = 2.5, kBehind = 1.25;
-constexpr std::size_t kHopelessRound = 2, kLeastRounds = 3, kMostRounds = 1000;
+constexpr std::size_t kLeastRounds = 3, kMostRounds = 1000;
+// With many trials three rounds may use up the budget, and three are too few to tell trials apart that differ by 5 %:
+// those left get so many, for at most as much time again.
+constexpr std::size_t kFinalRounds = 10;
 
 // A slice is timed in batches: where another process takes the core, it spoils one of them.
 constexpr long kBatches = 4;
+
+/// How far behind a trial may be after a round. A mood of the machine may have met some trials alone in the first
+/// rounds.
+double drop_limit(std::size_t round) {
+    return round <= 2 ? 2.5 : round == 3 ? 1.6 : 1.25;
+}
 
 struct Runner {
     const Trial* trial;
@@ -73,9 +81,8 @@ std::vector<RaceResult> race(const std::vector<Trial>& trials, double budget, do
                 spent += run_slice(runner);
             }
         }
-        if (round >= kHopelessRound) {
-            // A mood of the machine may have met some trials alone in the first rounds; none is this strong.
-            const double limit = round >= kLeastRounds ? kBehind : kHopeless;
+        if (round >= 2) {
+            const double limit = drop_limit(round);
             double best = HUGE_VAL;
             for (const Runner& runner : runners) {
                 best = std::min(best, fastest_quarter_mean(runner.seconds_a_step));
@@ -87,7 +94,8 @@ std::vector<RaceResult> race(const std::vector<Trial>& trials, double budget, do
                 }
             }
         }
-        if (left <= 1 || (round >= kLeastRounds && spent >= budget)) {
+        const double most = round < kFinalRounds ? 2 * budget : budget;
+        if (left <= 1 || (round >= kLeastRounds && spent >= most)) {
             break;
         }
     }

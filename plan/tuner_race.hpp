@@ -15,8 +15,9 @@ struct RaceResult {
 };
 
 /// Times all trials in interleaved rounds of slices, so that a slow mood of the machine meets them all; drops those
-/// that are 1.25 times behind after the second round and later. Ends when the trials' own seconds exceed `budget` (but
-/// not before three rounds) or one is left.
+/// that are 2.5 times behind after the second round, 1.6 after the third, and 1.25 later. Ends when one is left, or
+/// when the trials' own seconds exceed `budget`: but not before three rounds, and for twice as long where there were
+/// less than ten.
 ///
 /// Each slice is timed in four batches. A figure is the mean of the fastest quarter of a trial's batches: what disturbs
 /// one only ever makes it longer.

@@ -3,13 +3,26 @@
 #include "plan/tuner_sample.hpp"
 #include "plan/wisdom_class.hpp"
 
+#include <algorithm>
+
 namespace hybmss {
+namespace {
+
+/// What an estimate takes comes first.
+std::vector<std::string> layouts_of(const Lattice& lattice) {
+    std::vector<std::string> layouts = lattice_layouts();
+    const auto first = std::find(layouts.begin(), layouts.end(), estimated_layout(lattice));
+    std::rotate(layouts.begin(), first, first + 1);
+    return layouts;
+}
+
+} // namespace
 
 template <class T>
 TunerSubject<T> subject_of(const Lattice& lattice, const Material& material) {
     const std::size_t cells = lattice.cell_count();
     return {body_class<T>(lattice, material),
-            lattice_layouts(),
+            layouts_of(lattice),
             lattice.grid_node_count(),
             cells ? cells : 1,
             [&lattice, &material](const PlanOptions& options) { return make_body<T>(lattice, material, options); },

@@ -1,5 +1,6 @@
 #include "plan/wisdom_class.hpp"
 
+#include "layouts/active_rows.hpp"
 #include "plan/candidates.hpp"
 #include "plan/plan_description.hpp"
 #include "plan/tuner_sample.hpp"
@@ -35,16 +36,21 @@ bool numbered_locally(const Network& network) {
     return mean < std::pow(static_cast<double>(network.masses.size()), 5.0 / 6) / std::sqrt(3.0);
 }
 
+/// " fill:3/8 active:4/8": of the cells, and, where that may decide, of the rows.
+std::string fill_class(const Lattice& lattice) {
+    const auto eighths = [](double part) { return std::to_string(static_cast<int>(std::ceil(8 * part))) + "/8"; };
+    const double fill = static_cast<double>(lattice.cell_count()) / static_cast<double>(lattice.cell_scales().size());
+    return " fill:" + eighths(fill) + (fill <= 0.5 ? " active:" + eighths(active_share(lattice)) : "");
+}
+
 } // namespace
 
 template <class T>
 std::string body_class(const Lattice& lattice, const Material& material) {
-    const auto all = static_cast<double>(lattice.cell_scales().size());
-    const double eighths = std::ceil(8 * static_cast<double>(lattice.cell_count()) / all);
     return "lattice " + precision_name<T>() +
            (material.face_diagonal_ratio > 0 ? " face-diagonals" : " no-face-diagonals") +
            volume_class(kernel_volume(resolved_volume_energy(material))) + size_class(lattice.nodes().size()) +
-           " fill:" + std::to_string(static_cast<int>(eighths)) + "/8";
+           fill_class(lattice);
 }
 
 template <class T>

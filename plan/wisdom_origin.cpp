@@ -51,7 +51,8 @@ std::vector<WisdomFact> wisdom_facts() {
             {"cpu", cpu_model(), "foreign: measured on another CPU"},
             {"instruction_sets", instruction_sets(), "foreign: measured with other instruction sets"},
             {"lattice_layouts", joined(lattice_layouts()), "stale: measured among other lattice layouts"},
-            {"network_layouts", joined(network_layouts()), "stale: measured among other network layouts"}};
+            {"network_layouts", joined(network_layouts()), "stale: measured among other network layouts"},
+            {"kernels", HYBMSS_KERNEL_REVISION, "stale: measured with other kernels or another compiler"}};
 }
 
 } // namespace hybmss

@@ -11,7 +11,8 @@ struct WisdomFact {
     std::string otherwise; ///< what wisdom is that says something else: "foreign" or "stale", and why
 };
 
-/// Library version, CPU model, instruction sets and layouts, in the order in which a file holds them.
+/// Library version, CPU model, instruction sets, layouts and a digest of the kernels, in the order in which a file
+/// holds them.
 std::vector<WisdomFact> wisdom_facts();
 
 } // namespace hybmss

@@ -34,7 +34,12 @@ double estimated_bytes(const Body& body, const SimulationOptions& options) {
     double bytes_a_node = 17 * real + 8 * (3 + 1 + 6 + 9) + 48;
     // While a result is written: positions, displacements, velocities, corners, and the file's text.
     bytes_a_node += 300;
-    if (!options.plan.layout.empty() && options.plan.layout != "flat-rows") {
+    const std::string& layout = options.plan.layout;
+    if (layout == "active-rows") {
+        // Rows padded to vectors of 16 lanes; each node may be a run of its own.
+        const double row = static_cast<double>(body.cells[0]) + 1;
+        bytes_a_node += 17 * real * (16 * std::ceil(row / 16) / row - 1) + 24;
+    } else if (!layout.empty() && layout != "flat-rows" && layout != "gather-rows") {
         // Every other layout is a network's. 13 springs and one cell a node: as given, coloured, and while they are
         // sorted.
         bytes_a_node += 13 * 2 * 48.0 + 2 * 64.0;

@@ -4,6 +4,7 @@
 /// Products and diagonals of plans in double, for tests.
 
 #include "hybmss/force_plan.hpp"
+#include "plan/body.hpp"
 #include "tests/unit/random_bodies.hpp"
 
 #include <limits>
@@ -73,9 +74,7 @@ std::vector<Matrix3d> diagonal(const ForcePlan<T>& plan, std::span<const Vector3
 /// Calls check(plan, label) for every layout, instruction set and accuracy of a lattice.
 template <class T, class Check>
 void for_every_plan(const Lattice& lattice, const Material& material, const Check& check) {
-    std::vector<std::string> layouts = network_layouts();
-    layouts.push_back(lattice_layouts().front());
-    for (const std::string& layout : layouts) {
+    for (const std::string& layout : distinct_lattice_layouts()) {
         for (InstructionSet set : available_instruction_sets()) {
             for (Accuracy accuracy : {Accuracy::fast, Accuracy::exact}) {
                 PlanOptions options;

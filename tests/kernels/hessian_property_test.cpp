@@ -184,6 +184,8 @@ TYPED_TEST(HessianProperties, ThreadsDoNotChangeABit) {
     };
     const Subject subjects[] = {{Lattice::box(20, 20, 32, kCellSize), "flat-rows"},
                                 {Lattice::box(9, 16, 120, kCellSize), "flat-rows"}, // planes normal to y
+                                {Lattice::box(20, 20, 32, kCellSize), "active-rows"},
+                                {Lattice::box(20, 20, 32, kCellSize), "gather-rows"},
                                 {Lattice::box(20, 20, 32, kCellSize), "packed-xyzw"},
                                 {Lattice::box(20, 20, 32, kCellSize), "coloured-soa"}};
     for (const auto& [lattice, layout] : subjects) {
@@ -204,9 +206,7 @@ TYPED_TEST(HessianProperties, PlacesWithoutANodeStayZero) {
     using T = TypeParam;
     testing::Random random(26);
     const Lattice lattice = testing::random_lattice(9, 6, 7, kCellSize, random, 0.7);
-    std::vector<std::string> layouts = network_layouts();
-    layouts.push_back("flat-rows");
-    for (const std::string& layout : layouts) {
+    for (const std::string& layout : distinct_lattice_layouts()) {
         PlanOptions options;
         options.layout = layout;
         const auto body = make_body<T>(lattice, kMaterials[1], options);

@@ -115,6 +115,8 @@ TEST(Wisdom, RefusesWhatIsForeignOrStale) {
                    "stale: measured among other lattice layouts (there: spaghetti ");
     expect_refused(with(text, "network_layouts = ", "network_layouts = macaroni "), 7,
                    "stale: measured among other network layouts (there: macaroni ");
+    expect_refused(with(text, "kernels = ", "kernels = 0"), 8,
+                   "stale: measured with other kernels or another compiler (there: 0");
 }
 
 TEST(Wisdom, RefusesWhatIsDamaged) {

@@ -1,0 +1,219 @@
+#pragma once
+
+// What a sweep does with one vector of lattice cells, wherever its rows lie: the body of every layout's loop.
+
+#include "kernels/lattice_cell.hpp"
+
+namespace hybmss::kernels {
+namespace {
+
+/// Where a vector of cells has its corners: the rows of nodes at its low and high side in y, in the arrays of the lower
+/// plane (`low`, `low_y`) and of the upper one (`high`, `high_y`). Corners at the high side in x follow one element on.
+struct CellRows {
+    std::ptrdiff_t low, low_y, high, high_y;
+};
+
+/// What the next vector of cells adds to its nodes: forces on this one's high corners in x, by rows.
+template <class V>
+struct ColumnCarry {
+    Vector3<V> low, low_y, high, high_y;
+};
+template <class V>
+HYBMSS_INLINE ColumnCarry<V> no_carry() {
+    const V zero = splat<V>(0);
+    const Vector3<V> none{zero, zero, zero};
+    return {none, none, none, none};
+}
+
+/// Displacements of a row of node vectors, and of their neighbours one further in x.
+template <class V, class T>
+HYBMSS_INLINE void load_row(const LatticeLayer<T>& layer, std::ptrdiff_t n, Vector3<V>& low, Vector3<V>& high) {
+    low = {load_lanes<V>(layer.displacement[0] + n), load_lanes<V>(layer.displacement[1] + n),
+           load_lanes<V>(layer.displacement[2] + n)};
+    high = {load_lanes<V>(layer.displacement[0] + n + 1), load_lanes<V>(layer.displacement[1] + n + 1),
+            load_lanes<V>(layer.displacement[2] + n + 1)};
+}
+
+/// The forces on the high corners of a vector of cells, moved one lane on to the nodes that they act on. A row of nodes
+/// gets its forces from the low corners of its own cells and the high corners of those before. They meet in registers,
+/// because two overlapping read-modify-writes of memory stall on store forwarding.
+template <class V>
+HYBMSS_INLINE Vector3<V> next_column(const Vector3<V>& high, Vector3<V>& carry) {
+    const Vector3<V> moved = {shift_in(carry.x, high.x), shift_in(carry.y, high.y), shift_in(carry.z, high.z)};
+    carry = high;
+    return moved;
+}
+
+template <class V, class T>
+HYBMSS_INLINE Vector3<V> load_force(T* const (&force)[3], std::ptrdiff_t n) {
+    return {load_lanes<V>(force[0] + n), load_lanes<V>(force[1] + n), load_lanes<V>(force[2] + n)};
+}
+template <class V, class T>
+HYBMSS_INLINE void store_force(T* const (&force)[3], std::ptrdiff_t n, const Vector3<V>& f) {
+    store_lanes(force[0] + n, f.x);
+    store_lanes(force[1] + n, f.y);
+    store_lanes(force[2] + n, f.z);
+}
+
+/// v <- (v + dt (f/m + g)) / (1 + dt c), u <- u + dt v
+template <bool driven, class V, class T>
+HYBMSS_INLINE void integrate_nodes(T* const (&displacement)[3], T* const (&velocity)[3], const T* inverse_mass,
+                                   const StepConstants<T>& step, std::ptrdiff_t n, const Vector3<V>& force) {
+    const V mass = load_lanes<V>(inverse_mass + n);
+    const V mobility = mass * splat<V>(step.force_factor);
+    const V f[3] = {force.x, force.y, force.z};
+    for (int c = 0; c < 3; ++c) {
+        V v = load_lanes<V>(velocity[c] + n);
+        if constexpr (driven) {
+            // Void nodes (inverse mass 0) must not fall.
+            v = multiply_add(v, splat<V>(step.velocity_factor),
+                             one_where_positive(mass) * splat<V>(step.velocity_gain[c]));
+        }
+        v = multiply_add(f[c], mobility, v);
+        store_lanes(velocity[c] + n, v);
+        store_lanes(displacement[c] + n, multiply_add(splat<V>(step.time_step), v, load_lanes<V>(displacement[c] + n)));
+    }
+}
+
+template <Finish finish, class V, class T>
+HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, const Vector3<V>& force) {
+    if constexpr (finish == Finish::store) {
+        store_force(layer.partial, n, force);
+    } else {
+        integrate_nodes<finish == Finish::integrate_driven>(layer.displacement, layer.velocity, layer.inverse_mass,
+                                                            layer.step, n, force);
+    }
+}
+
+/// Springs and volume of one vector of cells: adds to `partial`, finishes the nodes at `low`, adds to `above`, or sets
+/// its row `high_y` where `sets_above`: there, nobody wrote before.
+///
+/// First all tensions of edges and face diagonals, nine registers; then the cube diagonals and the volume, twelve; then
+/// the rows one after the other, each stored as soon as it is complete. Holding the forces of all eight corners at
+/// once, as the equations suggest, takes twenty-four, too many beside the rest.
+///
+/// The upper rows are written before the lower ones are read: with rows shorter than a vector they overlap.
+template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, bool sets_above, class V>
+HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
+    using T = Scalar<V>;
+    const V zero = splat<V>(0);
+    const std::ptrdiff_t plane = layer.plane;
+    Vector3<V> u[8];
+    load_row<V, T>(layer, at.low, u[0], u[1]);
+    load_row<V, T>(layer, at.low_y, u[2], u[3]);
+    load_row<V, T>(layer, plane + at.high, u[4], u[5]);
+    load_row<V, T>(layer, plane + at.high_y, u[6], u[7]);
+    V k[7];
+    for (int kind = 0; kind < 7; ++kind) {
+        k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+    }
+    const auto tension = spring_tensions<accuracy>(EdgesAndFaces<face_diagonals>{}, u, k);
+    Vector3<V> f[4];
+    diagonal_forces<volume, accuracy>(u, k, layer.volume_ratio, f);
+
+    // Corners 4 to 7 get the opposite: their forces are held, and merged, with the sign reversed.
+    Vector3<V> f0 = f[0], minus_f6 = f[1], minus_f5 = f[2], minus_f4 = f[3];
+    if constexpr (face_diagonals) {
+        pull<0, 6>(f0, u, tension);
+        pull<0, 6>(minus_f6, u, tension);
+    }
+    if constexpr (sets_above) {
+        store_force<V>(layer.above, at.high_y,
+                       Vector3<V>{zero, zero, zero} - minus_f6 - next_column(f[0], carry.high_y));
+    } else {
+        store_force<V>(layer.above, at.high_y,
+                       load_force<V>(layer.above, at.high_y) - minus_f6 - next_column(f[0], carry.high_y));
+    }
+
+    pull<0, 4>(f0, u, tension);
+    pull<0, 4>(minus_f4, u, tension);
+    if constexpr (face_diagonals) {
+        pull<0, 5>(f0, u, tension);
+        pull<0, 5>(minus_f5, u, tension);
+        pull<1, 4>(f[1], u, tension);
+        pull<1, 4>(minus_f4, u, tension);
+        pull<2, 4>(f[2], u, tension);
+        pull<2, 4>(minus_f4, u, tension);
+    }
+    store_force<V>(layer.above, at.high,
+                   load_force<V>(layer.above, at.high) - minus_f4 - next_column(minus_f5, carry.high));
+
+    pull<0, 2>(f0, u, tension);
+    push<0, 2>(f[2], u, tension);
+    if constexpr (face_diagonals) {
+        pull<0, 3>(f0, u, tension);
+        push<0, 3>(f[3], u, tension);
+        pull<1, 2>(f[1], u, tension);
+        push<1, 2>(f[2], u, tension);
+    }
+    store_force<V>(layer.partial, at.low_y,
+                   load_force<V>(layer.partial, at.low_y) + f[2] + next_column(f[3], carry.low_y));
+
+    pull<0, 1>(f0, u, tension);
+    push<0, 1>(f[1], u, tension);
+    finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f[1], carry.low));
+}
+
+/// The same for nodes of the topmost plane, above which there are no cells: springs within the plane.
+template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+HYBMSS_INLINE void sweep_top(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
+    using T = Scalar<V>;
+    const V zero = splat<V>(0);
+    Vector3<V> u[4];
+    load_row<V, T>(layer, at.low, u[0], u[1]);
+    load_row<V, T>(layer, at.low_y, u[2], u[3]);
+    V k[7];
+    for (int kind : {0, 1, 3}) {
+        k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+    }
+    const auto tension = spring_tensions<accuracy>(PlaneSprings<face_diagonals>{}, u, k);
+    Vector3<V> f0 = spring_force<0, 1>(u, tension), f1 = Vector3<V>{zero, zero, zero} - f0;
+    pull<0, 2>(f0, u, tension);
+    Vector3<V> f2 = Vector3<V>{zero, zero, zero} - spring_force<0, 2>(u, tension), f3{zero, zero, zero};
+    if constexpr (face_diagonals) {
+        pull<0, 3>(f0, u, tension);
+        push<0, 3>(f3, u, tension);
+        pull<1, 2>(f1, u, tension);
+        push<1, 2>(f2, u, tension);
+    }
+    store_force(layer.partial, at.low_y, load_force<V>(layer.partial, at.low_y) + f2 + next_column(f3, carry.low_y));
+    finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
+}
+
+/// Finishes a plane of nodes whose force is the sum of `partial` and `above` (two slabs meet there).
+template <Finish finish, class V>
+void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + load_force<V>(layer.above, n));
+    }
+}
+
+/// The energy of a vector of cells and of the springs that start at its nodes; with `top` of the topmost plane's
+/// springs.
+template <bool face_diagonals, Volume volume, bool top, class V>
+HYBMSS_INLINE void add_energy(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, LayerEnergy& energy) {
+    using T = Scalar<V>;
+    Vector3<V> u[8];
+    load_row<V, T>(layer, at.low, u[0], u[1]);
+    load_row<V, T>(layer, at.low_y, u[2], u[3]);
+    V k[7];
+    for (int kind = 0; kind < 7; ++kind) {
+        k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+    }
+    V springs;
+    if constexpr (top) {
+        springs = spring_energies(PlaneSprings<face_diagonals>{}, u, k);
+    } else {
+        load_row<V, T>(layer, layer.plane + at.high, u[4], u[5]);
+        load_row<V, T>(layer, layer.plane + at.high_y, u[6], u[7]);
+        springs = spring_energies(CubeDiagonals{}, u, k) + spring_energies(EdgesAndFaces<face_diagonals>{}, u, k);
+        if constexpr (volume != Volume::none) {
+            const V dilation = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]).dilation;
+            energy.volume += sum_in_double(k[6] * splat<V>(layer.volume_ratio) * volume_energy<volume>(dilation));
+        }
+    }
+    energy.springs += sum_in_double(springs);
+}
+
+} // namespace
+} // namespace hybmss::kernels

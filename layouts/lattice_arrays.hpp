@@ -1,0 +1,54 @@
+#pragma once
+
+#include "layouts/aligned_array.hpp"
+#include "layouts/cell_shares.hpp"
+#include "layouts/node_runs.hpp"
+#include "layouts/vector_neighbors.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace hybmss {
+
+/// A lattice in memory: what flat_rows() and active_rows() fill, each in its own order, and what a sweep from plane to
+/// plane needs. See kernels::LatticeLayer.
+template <class T>
+struct LatticeArrays {
+    LatticeAxes axes;
+    std::size_t row = 0;            ///< flat-rows: nodes of a row
+    std::size_t planes = 0;         ///< of nodes
+    std::size_t plane = 0;          ///< flat-rows: distance of planes; else length of the longest
+    std::vector<std::size_t> begin; ///< of each plane; one more entry at the end of the last
+    std::vector<std::size_t> lanes; ///< of each plane: elements that a sweep visits
+    double cell_size = 0;
+    AlignedArray<T> stiffness[7];           ///< k h, N
+    AlignedArray<T> inverse_mass;           ///< 1 / (m h); 0 at void nodes
+    std::vector<VectorNeighbors> neighbors; ///< active-rows
+    std::size_t width = 0;                  ///< active-rows: lanes of a vector
+    T volume_ratio = 0;                     ///< kappa h^2 / (32 k_c h)
+    std::vector<double> masses;             ///< kg, one a node of the body
+    std::vector<NodeRun> runs;              ///< of the body's nodes, ascending
+
+    /// Elements of every array.
+    std::size_t size() const { return inverse_mass.size(); }
+    std::size_t bytes() const {
+        return 8 * size() * sizeof(T) + (begin.size() + lanes.size()) * sizeof(std::size_t) +
+               neighbors.size() * sizeof(VectorNeighbors) + masses.size() * sizeof(double) +
+               runs.size() * sizeof(NodeRun);
+    }
+
+    void allocate(std::size_t elements) {
+        for (auto& array : stiffness) {
+            array = AlignedArray<T>(elements);
+        }
+        inverse_mass = AlignedArray<T>(elements);
+    }
+    void set_node(std::size_t n, const CellShares::Node& node, const CellShares& shares) {
+        for (std::size_t kind = 0; kind < 7; ++kind) {
+            stiffness[kind][n] = static_cast<T>(node.stiffness[kind]);
+        }
+        inverse_mass[n] = node.cells > 0 ? static_cast<T>(shares.inverse_mass(node.cells)) : T(0);
+    }
+};
+
+} // namespace hybmss
