@@ -38,8 +38,8 @@ struct Entry {
         InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kActiveDouble,                              \
             &kernels::set::kGatherDouble, &kernels::set::kLatticeHessianDouble, &kernels::set::kSoaDouble,             \
             &kernels::set::kPackedDouble, &kernels::set::kRunsDouble, &kernels::set::kRecordsDouble,                   \
-            &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,                                     \
-            &kernels::set::kRunsHessianDouble, &kernels::set::kRecordsHessianDouble                                    \
+            &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble, &kernels::set::kRunsHessianDouble,  \
+            &kernels::set::kRecordsHessianDouble                                                                       \
     }
 
 // Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence

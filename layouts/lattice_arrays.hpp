@@ -37,7 +37,9 @@ struct LatticeArrays {
                runs.size() * sizeof(NodeRun);
     }
 
+    /// Room for `elements`, and what fills the last vector of the widest kind: loops over whole arrays have no tail.
     void allocate(std::size_t elements) {
+        elements = padded(elements);
         for (auto& array : stiffness) {
             array = AlignedArray<T>(elements);
         }

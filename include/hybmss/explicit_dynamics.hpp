@@ -58,8 +58,8 @@ public:
 
     /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, an acceleration
     /// that is not finite, or a negative damping. A step above the critical one is taken, as larger ones may do where
-    /// the body is stretched: the motion may then grow without bound, in the end to numbers that are not finite, and the
-    /// energies with it.
+    /// the body is stretched: the motion may then grow without bound, in the end to numbers that are not finite, and
+    /// the energies with it.
     void step(const StepParameters& parameters, long count = 1);
 
     void get_displacements(VectorField<T> out) const;

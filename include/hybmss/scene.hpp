@@ -57,8 +57,9 @@ struct Body {
     double cell_size = 1;                          ///< m
     std::array<double, 3> origin = {0, 0, 0};      ///< low corner of the grid, m
     /// One a cell of the grid, x fastest, then y, then z; 0 = no cell there. Empty: every cell, of one material.
-    std::vector<std::uint8_t> labels;
-    std::string voxels, surface; ///< the file that the labels come from, as the scene names it; "" where there is none
+    std::vector<std::uint8_t> labels = {};
+    std::string voxels = {},
+                surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
 };
 
 /// The material of the cells with one label. Poisson's ratio, density and the rest are the scene's.

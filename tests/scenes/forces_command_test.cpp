@@ -118,7 +118,8 @@ TEST(ForcesCommand, bad_input_is_one_line) {
     expect_bad("x,y,z\n0,1e999,0\n", "", "u.csv:2: \"1e999\" is not allowed");
     expect_bad("x,y,z\n0,a,0\n", "", "u.csv:2: \"a\" is not allowed");
     expect_bad("", "", "u.csv:0: 0 rows; it must be 60");
-    expect_bad(good, "--kernel spiral", "--kernel spiral: not known; allowed are flat-rows, active-rows, gather-rows, network, reference");
+    expect_bad(good, "--kernel spiral",
+               "--kernel spiral: not known; allowed are flat-rows, active-rows, gather-rows, network, reference");
     expect_bad(good, "--kernel reference --precision float", "double only");
 }
 

@@ -101,7 +101,7 @@ TEST(Lattice, RefusesWhatIsOutOfRange) {
     expect_refusal([] { Lattice::box(1, 1, -2, 1); }, {"cells = [1, 1, -2]", "at least 1"});
     expect_refusal([] { Lattice::box(2000, 2000, 2000, 1); }, {"at most 1e9"});
     for (double h : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-        expect_refusal([&] { Lattice::box(1, 1, 1, h); }, {"cell_size = ", "above 0"});
+        expect_refusal([&] { Lattice::box(1, 1, 1, h); }, {"cell_size = ", "at least 1e-9"});
     }
     expect_refusal([] { Lattice::from_cells(2, 1, 1, 1, {1}); }, {"1 values given", "2 needed"});
     expect_refusal([] { Lattice::from_cells(1, 1, 1, 1, {-1}); }, {"cell scale = -1", "at least 0"});
