@@ -140,7 +140,7 @@ std::vector<RowKey> kernel_keys(const TestBody& body, const std::vector<Instruct
                                 const std::string& precision) {
     std::vector<std::string> layouts = body.lattice ? distinct_lattice_layouts() : network_layouts();
     // Two layouts that no plan takes by itself would make the matrix twice as long on the largest lattices.
-    constexpr std::size_t kLarge = 10000;
+    constexpr std::size_t kLarge = 5000;
     if (body.lattice && body.lattice->cell_count() > kLarge) {
         std::erase(layouts, "coloured-soa");
         std::erase(layouts, "aos");

@@ -21,8 +21,9 @@ namespace {
 /// enough. A power of two, so that two, four and eight threads get equal shares: of the lanes that the layers sweep, as
 /// near as layers allow.
 template <class T>
-std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t nodes) {
+std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t grid_nodes) {
     const std::size_t layers = layout.planes - 1;
+    const std::size_t nodes = layout.neighbors.empty() ? grid_nodes : layout.size(); // that are swept
     const std::size_t of_use = std::clamp<std::size_t>(1 + nodes / kNodesPerThread, 2, 16);
     const std::size_t slabs = std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
     const std::size_t all = layout.begin[layers] - layout.begin[0];

@@ -173,8 +173,8 @@ TEST(ActiveRows, ActiveRowsTakeMemoryForFilledCellsAlone) {
     for (std::size_t i = 0; i < 2; ++i) {
         bytes[i] = ForcePlan<float>(*lattices[i], material, options).describe().bytes;
     }
-    // Rows of 21 nodes touch two or three vectors each; in a grid as narrow as the body they lie end to end.
-    EXPECT_LT(static_cast<double>(bytes[1]), 1.7 * static_cast<double>(bytes[0]));
+    // A void vector for every plane, full or empty.
+    EXPECT_LT(static_cast<double>(bytes[1]), 1.2 * static_cast<double>(bytes[0]));
     options.layout = "flat-rows";
     EXPECT_GT(ForcePlan<float>(large, material, options).describe().bytes, 20 * bytes[1]);
 }
