@@ -1,5 +1,7 @@
 #include "plan/body.hpp"
 
+#include "plan/step_effect.hpp"
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -205,7 +207,7 @@ Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<co
 } // namespace
 
 template <class T>
-void Body<T>::add_action_stages(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
+void Body<T>::add_action_stages(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
                                 std::vector<Stage>& stages) {
     if (!actions.loaded.empty()) {
         stages.push_back(load_stage(state, parameters, actions.loaded));
@@ -221,6 +223,19 @@ void Body<T>::add_action_stages(State<T>& state, const StepParameters& parameter
     stages.push_back(
         stage_over(prescribed, none_twice ? kPiece : prescribed.size(),
                    [&state](std::span<const PrescribedComponent<T>> part) { set_prescribed(state, part); }));
+}
+
+template <class T>
+void Body<T>::step(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions, long count) const {
+    std::vector<Stage> stages;
+    for (const auto& effect : actions.effects) {
+        effect->add_stages(*this, state, parameters, stages);
+    }
+    for (Stage& stage : step_stages(state, parameters)) {
+        stages.push_back(std::move(stage));
+    }
+    add_action_stages(state, parameters, actions, stages);
+    workers_.run(stages, count);
 }
 
 template struct State<float>;

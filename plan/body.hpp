@@ -61,9 +61,13 @@ struct LoadedComponent {
     T acceleration;
 };
 
-/// What acts on single nodes in a step, besides what acts on all of them. Not owned.
 template <class T>
-struct NodeActions {
+class StepEffect;
+
+/// What a step does besides the body's own forces, gravity and damping. Not owned.
+template <class T>
+struct StepActions {
+    std::span<const std::unique_ptr<StepEffect<T>>> effects;
     std::span<const PrescribedComponent<T>> prescribed;
     std::span<const LoadedComponent<T>> loaded; ///< each component once
 };
@@ -100,9 +104,10 @@ public:
     /// the body. Sets blocks[e][index of the node] for the entries e = xx, yy, zz, xy, xz, yz; zero between and behind
     /// the nodes. Makes the arrays where they are empty.
     virtual void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const = 0;
-    /// One step after the other, each followed by the loads and the prescribed components.
-    virtual void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
-                      long count) const = 0;
+    /// One step by the body's own forces, gravity and damping. The state must outlive the stages.
+    virtual std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const = 0;
+    /// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components.
+    void step(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions, long count) const;
 
     /// field = factor * in, at the body's nodes.
     void write(VectorField<const T> in, double factor, NodeField<T>& field) const;
@@ -122,7 +127,7 @@ public:
     /// Appends what acts on single nodes to the stages of a step. A load adds its part to the integrated motion, which
     /// is linear in the force: v += dt/(1 + dt c) f/m, u += dt of that. The spans and the state must outlive the
     /// stages.
-    static void add_action_stages(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
+    static void add_action_stages(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
                                   std::vector<Stage>& stages);
 
 protected:

@@ -1,6 +1,7 @@
 #include "hybmss/explicit_dynamics.hpp"
 
 #include "plan/planned_body.hpp"
+#include "plan/step_effect.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -49,6 +50,7 @@ struct ExplicitDynamics<T>::Implementation {
     PlannedBody<T> planned;
     const Body<T>* body;
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
+    std::vector<std::unique_ptr<StepEffect<T>>> effects;
     std::vector<PrescribedComponent<T>> prescribed;
     std::vector<LoadedComponent<T>> loaded;
 };
@@ -131,7 +133,8 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
 template <class T>
 void ExplicitDynamics<T>::step(const StepParameters& parameters, long count) {
     implementation_->body->step(implementation_->state, parameters,
-                                {implementation_->prescribed, implementation_->loaded}, count);
+                                {implementation_->effects, implementation_->prescribed, implementation_->loaded},
+                                count);
 }
 
 template <class T>
@@ -181,6 +184,9 @@ template <class T>
 PlanDescription ExplicitDynamics<T>::describe() const {
     PlanDescription description = implementation_->planned.describe();
     description.bytes += implementation_->state.bytes();
+    for (const auto& effect : implementation_->effects) {
+        description.bytes += effect->bytes();
+    }
     return description;
 }
 

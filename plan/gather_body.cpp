@@ -41,18 +41,14 @@ void GatherBody<T>::compute_forces(State<T>& state) const {
 }
 
 template <class T>
-void GatherBody<T>::step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
-                         long count) const {
+std::vector<Stage> GatherBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
     const kernels::StepConstants<T> constants = this->constants_along_axes(parameters);
     const auto integrate = this->table().gather->integrate[is_driven(parameters)];
-    std::vector<Stage> stages = {
-        gathering(state), {this->layout().planes, [this, &state, &constants, integrate](std::size_t k, std::size_t) {
-                               kernels::LatticeLayer<T> plane = plane_at(state, k);
-                               plane.step = constants;
-                               integrate(plane);
-                           }}};
-    Body<T>::add_action_stages(state, parameters, actions, stages);
-    this->workers().run(stages, count);
+    return {gathering(state), {this->layout().planes, [this, &state, constants, integrate](std::size_t k, std::size_t) {
+                                   kernels::LatticeLayer<T> plane = plane_at(state, k);
+                                   plane.step = constants;
+                                   integrate(plane);
+                               }}};
 }
 
 template <class T>

@@ -17,8 +17,7 @@ public:
     PlanDescription describe() const override;
     State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
-    void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
-              long count) const override;
+    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
     Stage gathering(State<T>& state) const;

@@ -170,9 +170,9 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
 
 template <class T>
 std::vector<Stage> LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T>& step) const {
-    return {{slabs(), [this, &state, &step, finish](
+    return {{slabs(), [this, &state, step, finish](
                           std::size_t slab, std::size_t worker) { sweep_slab(state, slab, worker, finish, step); }},
-            {slabs() - 1, [this, &state, &step, finish](std::size_t j, std::size_t) { join(state, j, finish, step); }}};
+            {slabs() - 1, [this, &state, step, finish](std::size_t j, std::size_t) { join(state, j, finish, step); }}};
 }
 
 template <class T>
@@ -211,13 +211,9 @@ StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& para
 }
 
 template <class T>
-void LatticeBody<T>::step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
-                          long count) const {
-    const StepConstants<T> constants = constants_along_axes(parameters);
+std::vector<Stage> LatticeBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
     const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
-    std::vector<Stage> stages = sweep(state, finish, constants);
-    Body<T>::add_action_stages(state, parameters, actions, stages);
-    this->workers().run(stages, count);
+    return sweep(state, finish, constants_along_axes(parameters));
 }
 
 template <class T>

@@ -36,8 +36,7 @@ public:
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
-    void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
-              long count) const override;
+    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 protected:
     using Layer = kernels::LatticeLayer<T>;
@@ -56,7 +55,7 @@ private:
     std::size_t slabs() const { return slab_begin_.size() - 1; }
     /// Finishes the plane where slabs `join` and `join` + 1 meet.
     void join(State<T>& state, std::size_t join, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
-    /// The slabs, and then what joins them. The arguments must outlive the stages.
+    /// The slabs, and then what joins them. The state must outlive the stages.
     std::vector<Stage> sweep(State<T>& state, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
     void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
                     const kernels::StepConstants<T>& step) const;

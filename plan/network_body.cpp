@@ -217,8 +217,7 @@ void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)
 }
 
 template <class T>
-void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
-                          long count) const {
+std::vector<Stage> NetworkBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
     const bool driven = is_driven(parameters);
     // The integrating kernel leaves the forces zero for the next step.
@@ -229,8 +228,7 @@ void NetworkBody<T>::step(State<T>& state, const StepParameters& parameters, con
                                [integrate = table_->soa->integrate[driven], constants, nodes](auto begin, auto end) {
                                    integrate(nodes, constants, begin, end);
                                }));
-    Body<T>::add_action_stages(state, parameters, actions, stages);
-    this->workers().run(stages, count);
+    return stages;
 }
 
 template <class T>

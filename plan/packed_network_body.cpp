@@ -113,8 +113,7 @@ void PackedNetworkBody<T, Layout>::hessian_diagonal(State<T>& state, AlignedArra
 }
 
 template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& parameters,
-                                        const NodeActions<T>& actions, long count) const {
+std::vector<Stage> PackedNetworkBody<T, Layout>::step_stages(State<T>& state, const StepParameters& parameters) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
     const auto integrate = NetworkTiles<Layout>::kernels(*choice_.table).integrate[is_driven(parameters)];
     // The integrating kernel leaves the forces zero for the next step.
@@ -122,12 +121,12 @@ void PackedNetworkBody<T, Layout>::step(State<T>& state, const StepParameters& p
     const auto nodes = packed_nodes(state);
     constexpr std::size_t kPiece = 2048;
     std::vector<Stage> stages = accumulate(nodes);
-    stages.push_back({(layout_.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-                          integrate(nodes, constants, signed_index(piece * kPiece),
-                                    signed_index(std::min((piece + 1) * kPiece, layout_.size())));
-                      }});
-    Body<T>::add_action_stages(state, parameters, actions, stages);
-    this->workers().run(stages, count);
+    stages.push_back(
+        {(layout_.size() + kPiece - 1) / kPiece, [this, integrate, nodes, constants](std::size_t piece, std::size_t) {
+             integrate(nodes, constants, signed_index(piece * kPiece),
+                       signed_index(std::min((piece + 1) * kPiece, layout_.size())));
+         }});
+    return stages;
 }
 
 template <class T, class Layout>

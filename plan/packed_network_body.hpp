@@ -26,8 +26,7 @@ public:
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
-    void step(State<T>& state, const StepParameters& parameters, const NodeActions<T>& actions,
-              long count) const override;
+    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
