@@ -45,6 +45,9 @@ struct ExplicitDynamics<T>::Implementation {
             std::fill_n(buffer.data(), buffer.size(), T(0));
         }
         body->write(in, 1 / body->length_unit(), field);
+        for (const auto& effect : effects) {
+            effect->state_was_set();
+        }
     }
 
     PlannedBody<T> planned;
@@ -162,6 +165,55 @@ void ExplicitDynamics<T>::get_forces(VectorField<T> out) const {
     const Body<T>& body = *implementation_->body;
     body.compute_forces(implementation_->state);
     body.read(implementation_->state.force, 1, out);
+}
+
+template <class T>
+void ExplicitDynamics<T>::get_effect_forces(VectorField<T> out) const {
+    const Body<T>& body = *implementation_->body;
+    State<T>& state = implementation_->state;
+    NodeField<T> force;
+    Body<T>::allocate_like(state.velocity, force);
+    for (const auto& effect : implementation_->effects) {
+        effect->add_forces(body, state, force);
+    }
+    body.read(force, 1, out);
+}
+
+template <class T>
+std::vector<EffectEnergy> ExplicitDynamics<T>::effect_energies() const {
+    const Body<T>& body = *implementation_->body;
+    State<T>& state = implementation_->state;
+    std::vector<EffectEnergy> energies;
+    for (const auto& effect : implementation_->effects) {
+        energies.push_back({std::string(effect->name()), effect->energy(body, state), effect->dissipated(body, state)});
+    }
+    return energies;
+}
+
+template <class T>
+std::vector<double> ExplicitDynamics<T>::effect_memory() const {
+    std::vector<double> memory;
+    for (const auto& effect : implementation_->effects) {
+        const std::vector<double> part = effect->memory();
+        memory.insert(memory.end(), part.begin(), part.end());
+    }
+    return memory;
+}
+
+template <class T>
+void ExplicitDynamics<T>::set_effect_memory(std::span<const double> memory) {
+    std::size_t wanted = 0;
+    for (const auto& effect : implementation_->effects) {
+        wanted += effect->memory_size();
+    }
+    if (memory.size() != wanted) {
+        throw std::invalid_argument("effect memory of " + std::to_string(memory.size()) +
+                                    " numbers given: the body's effects have " + std::to_string(wanted));
+    }
+    for (const auto& effect : implementation_->effects) {
+        effect->set_memory(memory.first(effect->memory_size()));
+        memory = memory.subspan(effect->memory_size());
+    }
 }
 
 template <class T>

@@ -23,12 +23,23 @@ public:
     virtual std::size_t bytes() const = 0;
     /// J stored in it at a state, 0 for an effect that only takes energy out.
     virtual double energy(const Body<T>& body, State<T>& state) const = 0;
-    /// J taken out since it was made. Negative where it put energy in.
-    virtual double dissipated() const = 0;
+    /// J taken out since it was made, up to a state. Negative where it put energy in.
+    virtual double dissipated(const Body<T>& body, State<T>& state) const = 0;
+    /// Adds its force at a state, N: that of the next step's kick.
+    virtual void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const = 0;
     /// Appends what one step needs; the stages are run again for every step of a call. The body, the state and the
     /// effect outlive them.
     virtual void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
                             std::vector<Stage>& stages) = 0;
+    /// The state has been set from outside.
+    virtual void state_was_set() {}
+
+    /// All that later steps depend on besides the state: what a checkpoint keeps.
+    virtual std::vector<double> memory() const { return {}; }
+    /// How many numbers memory() gives.
+    virtual std::size_t memory_size() const { return 0; }
+    /// Takes over the memory of an effect made in the same way; memory_size() numbers.
+    virtual void set_memory(std::span<const double>) {}
 };
 
 } // namespace hybmss

@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace hybmss {
 
@@ -31,6 +33,13 @@ struct PrescribedNode {
 struct NodalLoad {
     std::uint32_t node = 0;
     std::array<double, 3> force = {0, 0, 0};
+};
+
+/// What an effect beyond the body's own forces has of energy, J.
+struct EffectEnergy {
+    std::string name;
+    double stored = 0;
+    double dissipated = 0; ///< since the effect was made
 };
 
 /// Semi-implicit (symplectic) Euler: v <- (v + dt (f/m + g)) / (1 + dt c), then u <- u + dt v. T is float or double.
@@ -71,6 +80,17 @@ public:
     void get_forces(VectorField<T> out) const;
     /// Nodal masses, kg, one a node.
     std::span<const double> masses() const;
+
+    /// Sets (not adds) the forces of effects beyond the body's own, gravity, mass damping and loads, at the present
+    /// state; zero where there is none. N.
+    void get_effect_forces(VectorField<T> out) const;
+    /// One entry an effect.
+    std::vector<EffectEnergy> effect_energies() const;
+    /// What later steps depend on besides displacements and velocities: numbers for set_effect_memory() of a body with
+    /// the same effects. Empty where no effect remembers anything.
+    std::vector<double> effect_memory() const;
+    /// Throws std::invalid_argument for another count of numbers than the effects have.
+    void set_effect_memory(std::span<const double> memory);
 
     PotentialEnergy potential_energy() const;
     double kinetic_energy() const;
