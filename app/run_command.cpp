@@ -2,13 +2,17 @@
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/progress_line.hpp"
+#include "app/stop_signal.hpp"
 #include "app/summary_table.hpp"
 #include "simulation/results.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -19,25 +23,77 @@ using namespace hybmss;
 
 struct RunArguments {
     std::string scene, out;
+    bool restart = false;
+    double checkpoint_every = 60; ///< s of wall time
     PlanArguments plan;
 };
 
 /// Everything about the scene is checked before the directory is made, so that bad input leaves nothing behind.
-std::optional<Results> open_results(const std::string& directory, const Simulation& simulation) {
+std::optional<Results> open_results(const std::string& directory, const Simulation& simulation,
+                                    const std::string& before) {
     if (directory.empty()) {
         return std::nullopt;
     }
     try {
-        return std::optional<Results>(std::in_place, directory, simulation);
+        return std::optional<Results>(std::in_place, directory, simulation, before);
     } catch (const std::runtime_error& error) {
         throw std::invalid_argument(std::string("--out: ") + error.what());
     }
 }
 
+/// The checkpoint of a run in its output directory.
+class RunCheckpoint {
+public:
+    RunCheckpoint(const RunArguments& arguments, const Simulation& simulation, const Results& results)
+        : path_(path(arguments)), every_(arguments.checkpoint_every), simulation_(simulation), results_(results) {
+        if (!arguments.restart) {
+            remove(); // that of an earlier run, perhaps with other options
+        }
+    }
+
+    static std::filesystem::path path(const RunArguments& arguments) {
+        return std::filesystem::path(arguments.out) / "checkpoint";
+    }
+
+    /// Writes one where a signal asks for it or the time has come; false after a signal.
+    bool operator()() {
+        const int signal = stop_signal();
+        const auto now = std::chrono::steady_clock::now();
+        if (signal != 0 || std::chrono::duration<double>(now - last_).count() >= every_) {
+            simulation_.write_checkpoint(path_, results_.state());
+            last_ = now;
+        }
+        return signal == 0;
+    }
+    /// The run has ended: nothing is left to go on with.
+    void remove() const {
+        std::error_code ignored;
+        std::filesystem::remove(path_, ignored);
+        std::filesystem::remove(path_.string() + ".partial", ignored); // of a run that was killed
+    }
+
+private:
+    std::filesystem::path path_;
+    double every_;
+    const Simulation& simulation_;
+    const Results& results_;
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+Simulation open_simulation(const RunArguments& arguments, const SimulationOptions& options, std::string& before) {
+    Scene scene = load_scene(arguments.scene);
+    if (!arguments.restart) {
+        return Simulation(std::move(scene), options);
+    }
+    return Simulation::restarted(std::move(scene), options, RunCheckpoint::path(arguments).string(), &before);
+}
+
 void run_scene(const RunArguments& arguments) {
     const SimulationOptions options = arguments.plan.options();
-    Simulation simulation(load_scene(arguments.scene), options);
-    std::optional<Results> results = open_results(arguments.out, simulation);
+    std::string before;
+    Simulation simulation = open_simulation(arguments, options, before);
+    std::optional<Results> results = open_results(arguments.out, simulation, before);
+    std::optional<RunCheckpoint> checkpoint;
     fmt::print("{:<24} {}\n", "body", body_line(simulation, options));
     std::fflush(stdout); // the run may take long
     if (const std::string parts = parts_line(simulation.lattice()); !parts.empty()) {
@@ -50,11 +106,26 @@ void run_scene(const RunArguments& arguments) {
     }
     if (results) {
         callbacks.output = [&] { results->record(); };
+        if (simulation.scene().solver.method != SolverMethod::static_equilibrium) {
+            checkpoint.emplace(arguments, simulation, *results);
+            callbacks.checkpoint = [&] { return (*checkpoint)(); };
+            catch_stop_signals();
+        }
     }
     const Summary summary = simulation.run(callbacks);
     line.clear();
+    if (summary.interrupted) {
+        const int signal = stop_signal();
+        fmt::print(
+            stderr, "hybmss: stopped by {} after step {} (t = {:.6g} s); hybmss run {} --out {} --restart goes on\n",
+            signal == SIGINT ? "SIGINT" : "SIGTERM", summary.steps, summary.time, arguments.scene, arguments.out);
+        throw CLI::RuntimeError(128 + signal); // as shells tell of a program that a signal ended
+    }
     if (results) {
         results->finish(summary);
+        if (checkpoint) {
+            checkpoint->remove();
+        }
     }
     fmt::print("{}", summary_table(simulation, summary));
     if (results) {
@@ -81,5 +152,18 @@ void add_run_command(CLI::App& app) {
     command->add_option("SCENE", arguments->scene, "scene file (TOML)")->required();
     command->add_option("--out", arguments->out, "directory for summary.json, probes.csv, body_NNNN.vtu and body.pvd");
     arguments->plan.add_to(*command, true);
+    CLI::Option* restart =
+        command->add_flag("--restart", arguments->restart,
+                          "go on from the checkpoint in --out, with its precision, layout and instruction set");
+    restart->needs("--out");
+    for (const char* fixed : {"--precision", "--layout", "--isa", "--effort", "--wisdom"}) {
+        restart->excludes(fixed);
+    }
+    command
+        ->add_option("--checkpoint-every", arguments->checkpoint_every,
+                     "wall time in s between checkpoints in --out; 0: at every check of the state")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str()
+        ->needs("--out");
     command->callback([arguments] { run_scene(*arguments); });
 }

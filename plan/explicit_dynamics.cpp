@@ -37,14 +37,14 @@ struct ExplicitDynamics<T>::Implementation {
         : planned(std::move(made)), body(planned.body.get()), state(body->make_state(true)) {}
 
     /// The padding too: a motion that ended in NaN has reached it, and the next one must start clean.
-    void set(VectorField<const T> in, NodeField<T>& field) {
+    void set(VectorField<const T> in, NodeField<T>& field, double factor) {
         for (auto& component : field) {
             std::fill_n(component.data(), component.size(), T(0));
         }
         for (auto& buffer : state.buffers) {
             std::fill_n(buffer.data(), buffer.size(), T(0));
         }
-        body->write(in, 1 / body->length_unit(), field);
+        body->write(in, factor, field);
         for (const auto& effect : effects) {
             effect->state_was_set();
         }
@@ -153,12 +153,30 @@ void ExplicitDynamics<T>::get_velocities(VectorField<T> out) const {
 template <class T>
 void ExplicitDynamics<T>::set_displacements(VectorField<const T> in) {
     check_finite(in, "displacement");
-    implementation_->set(in, implementation_->state.displacement);
+    implementation_->set(in, implementation_->state.displacement, 1 / implementation_->body->length_unit());
 }
 template <class T>
 void ExplicitDynamics<T>::set_velocities(VectorField<const T> in) {
     check_finite(in, "velocity");
-    implementation_->set(in, implementation_->state.velocity);
+    implementation_->set(in, implementation_->state.velocity, 1 / implementation_->body->length_unit());
+}
+template <class T>
+std::vector<T> ExplicitDynamics<T>::exact_state() const {
+    const Body<T>& body = *implementation_->body;
+    std::vector<T> values(6 * body.node_count());
+    body.read(implementation_->state.displacement, 1, VectorField<T>::aos(values.data(), body.node_count(), 6));
+    body.read(implementation_->state.velocity, 1, VectorField<T>::aos(values.data() + 3, body.node_count(), 6));
+    return values;
+}
+template <class T>
+void ExplicitDynamics<T>::set_exact_state(std::span<const T> values) {
+    const std::size_t nodes = implementation_->body->node_count();
+    if (values.size() != 6 * nodes) {
+        throw std::invalid_argument("state of " + std::to_string(values.size()) + " values given: the body's " +
+                                    std::to_string(nodes) + " nodes have six each");
+    }
+    implementation_->set(VectorField<const T>::aos(values.data(), nodes, 6), implementation_->state.displacement, 1);
+    implementation_->set(VectorField<const T>::aos(values.data() + 3, nodes, 6), implementation_->state.velocity, 1);
 }
 template <class T>
 void ExplicitDynamics<T>::get_forces(VectorField<T> out) const {

@@ -1,6 +1,8 @@
 #include "simulation/implicit_dynamics.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 namespace hybmss {
 namespace {
@@ -57,6 +59,25 @@ void ImplicitDynamics<T>::set_displacements(VectorField<const T> in) {
 template <class T>
 void ImplicitDynamics<T>::set_velocities(VectorField<const T> in) {
     copy(in, view(velocity_));
+}
+template <class T>
+std::vector<T> ImplicitDynamics<T>::exact_state() const {
+    std::vector<T> values = displacement_;
+    values.insert(values.end(), velocity_.begin(), velocity_.end());
+    const std::vector<T> memory = solver_.memory();
+    values.insert(values.end(), memory.begin(), memory.end());
+    return values;
+}
+template <class T>
+void ImplicitDynamics<T>::set_exact_state(std::span<const T> values) {
+    const std::size_t size = displacement_.size();
+    if (values.size() < 2 * size) {
+        throw std::invalid_argument("state of " + std::to_string(values.size()) + " values given: the body's " +
+                                    std::to_string(node_count()) + " nodes have six each");
+    }
+    std::copy_n(values.begin(), size, displacement_.begin());
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(size), size, velocity_.begin());
+    solver_.set_memory(values.subspan(2 * size));
 }
 template <class T>
 void ImplicitDynamics<T>::get_forces(VectorField<T> out) const {

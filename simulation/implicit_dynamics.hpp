@@ -13,6 +13,8 @@ namespace hybmss {
 template <class T>
 class ImplicitDynamics {
 public:
+    using Scalar = T;
+
     ImplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options);
 
     std::size_t node_count() const { return solver_.node_count(); }
@@ -27,6 +29,9 @@ public:
     void get_velocities(VectorField<T> out) const;
     void set_displacements(VectorField<const T> in);
     void set_velocities(VectorField<const T> in);
+    /// What later steps depend on with every bit: six values a node, m and m/s, and the solver's memory.
+    std::vector<T> exact_state() const;
+    void set_exact_state(std::span<const T> values);
     /// Sets (not adds) the internal forces, N, at the present displacements.
     void get_forces(VectorField<T> out) const;
     std::span<const double> masses() const { return solver_.masses(); }

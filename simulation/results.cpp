@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 
 namespace hybmss {
@@ -38,7 +39,7 @@ void append(std::string& row, const Vector3& values) {
 
 } // namespace
 
-Results::Results(std::filesystem::path directory, const Simulation& simulation)
+Results::Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before)
     : directory_(made(std::move(directory))), simulation_(simulation), cells_(cell_corners(simulation.lattice())),
       rest_(rest_positions(simulation.lattice(), simulation.scene().body.origin)), probes_(directory_ / "probes.csv") {
     probes_.stream() << "time";
@@ -50,6 +51,32 @@ Results::Results(std::filesystem::path directory, const Simulation& simulation)
         }
     }
     probes_.stream() << "\n";
+    // The times of the frames, a line each; an empty line; the rows of probes.csv.
+    std::size_t at = 0;
+    for (std::size_t end = 0; (end = before.find('\n', at)) != std::string::npos; at = end + 1) {
+        if (end == at) {
+            rows_ = before.substr(end + 1);
+            break;
+        }
+        frames_.emplace_back(std::strtod(before.c_str() + at, nullptr), frame_name(frames_.size()));
+    }
+    probes_.stream() << rows_;
+}
+
+std::string Results::frame_name(std::size_t frame) {
+    char name[40];
+    std::snprintf(name, sizeof name, "body_%04zu.vtu", frame);
+    return name;
+}
+
+std::string Results::state() const {
+    std::string text;
+    for (const auto& [time, name] : frames_) {
+        char line[40];
+        std::snprintf(line, sizeof line, "%a\n", time); // in hexadecimal: every bit
+        text += line;
+    }
+    return text + "\n" + rows_;
 }
 
 void Results::record() {
@@ -67,8 +94,7 @@ void Results::record() {
     for (const auto& cell : cells_) {
         ratios.push_back(1 + volume_ratio_minus_one(u, cell, simulation_.lattice().cell_size()));
     }
-    char name[40];
-    std::snprintf(name, sizeof name, "body_%04zu.vtu", frames_.size());
+    const std::string name = frame_name(frames_.size());
     write_vtu(directory_ / name, {points, cells_, u, v, ratios});
     frames_.emplace_back(simulation_.time(), name);
 
@@ -80,7 +106,9 @@ void Results::record() {
         append(row, probe.torque);
         append(row, probe.mean_displacement);
     }
-    probes_.stream() << row << "\n";
+    row += "\n";
+    probes_.stream() << row;
+    rows_ += row;
 }
 
 void Results::finish(const Summary& summary) {

@@ -20,21 +20,28 @@ namespace hybmss {
 /// replaced. Throws std::runtime_error where something cannot be written, or would hold a value that is not finite.
 class Results {
 public:
-    Results(std::filesystem::path directory, const Simulation& simulation);
+    /// `before`: what state() gave when a run was stopped that this one goes on with.
+    Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before = "");
 
     /// The present state: one .vtu file, one row of probes.csv.
     void record();
+
+    /// What was recorded, for one that goes on from here. The .vtu files are not in it: they are in the directory.
+    std::string state() const;
 
     /// Puts body.pvd, probes.csv and summary.json in place.
     void finish(const Summary& summary);
 
 private:
+    static std::string frame_name(std::size_t frame);
+
     std::filesystem::path directory_;
     const Simulation& simulation_;
     std::vector<std::array<std::uint32_t, 8>> cells_;
     std::vector<std::array<double, 3>> rest_;
     std::vector<std::pair<double, std::string>> frames_;
     AtomicFile probes_;
+    std::string rows_; ///< of probes.csv
 };
 
 /// The text of summary.json. Throws std::runtime_error for a value that is not finite.

@@ -210,6 +210,9 @@ Scene parse_scene(std::string_view text, const std::string& filename) {
     try {
         const toml::table root = toml::parse(text, std::string_view(filename));
         read_scene(scene, TomlText(text), root);
+        std::ostringstream canonical;
+        canonical << toml::json_formatter(root);
+        scene.source.canonical = canonical.str();
         read_body_files(scene);
     } catch (const toml::parse_error& error) {
         std::ostringstream message;

@@ -39,6 +39,10 @@ struct Simulation::Implementation {
     double solved_residual = 0; ///< static: of the last solve
     bool solved = false;
     SolverWork work;
+    // Of the run at hand, so that a checkpoint can continue it.
+    long outputs = 0;       ///< made so far
+    long written = -1;      ///< the step of the last one
+    bool continued = false; ///< the next run goes on with these
 
     Implementation(Scene given, const SimulationOptions& wanted);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace hybmss {
 namespace {
@@ -31,15 +32,17 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
         }
     };
     std::string failure;
+    bool interrupted = false;
     if (body.is_static()) {
         write();
         failure = body.solve(callbacks);
         write();
     } else {
         failure = run_in_time(
-            callbacks, [&] { return stopwatch.seconds(); }, write);
+            callbacks, [&] { return stopwatch.seconds(); }, write, interrupted);
     }
     Summary summary = body.summary(std::move(failure));
+    summary.interrupted = interrupted;
     summary.volume = volume_change();
     summary.plan = describe();
     summary.wall_seconds = stopwatch.seconds();
@@ -47,7 +50,7 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
 }
 
 std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::function<double()>& elapsed,
-                                    const std::function<void()>& write) {
+                                    const std::function<void()>& write, bool& interrupted) {
     Implementation& body = *implementation_;
     // Up to rounding, a duration of n steps takes n steps.
     const auto steps_until = [&](double t) {
@@ -65,12 +68,15 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
 
     std::string failure;
     Good good = present();
-    long outputs = 1, written = body.steps;
-    write();
+    if (!std::exchange(body.continued, false)) {
+        write();
+        body.outputs = 1;
+        body.written = body.steps;
+    }
     while (body.steps < total) {
         const long next_output =
             body.scene.output.every
-                ? std::max(steps_until(static_cast<double>(outputs) * *body.scene.output.every), body.steps + 1)
+                ? std::max(steps_until(static_cast<double>(body.outputs) * *body.scene.output.every), body.steps + 1)
                 : total;
         failure = body.step(std::min({total, next_output, body.steps + between_checks}) - body.steps);
         if (!failure.empty()) {
@@ -90,15 +96,21 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
         }
         if (body.steps >= next_output && body.scene.output.every) {
             write();
-            written = body.steps;
-            ++outputs;
+            body.written = body.steps;
+            ++body.outputs;
         }
         if (test && settlement.settled) {
             break;
         }
+        // Only here, where nothing of this check is left to do: what goes on from a checkpoint begins with a step.
+        if (callbacks.checkpoint && !callbacks.checkpoint()) {
+            interrupted = true;
+            return "";
+        }
     }
-    if (written != body.steps) {
+    if (body.written != body.steps) {
         write();
+        body.written = body.steps;
     }
     return failure;
 }

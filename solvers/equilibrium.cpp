@@ -288,6 +288,26 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
 }
 
 template <class T>
+std::vector<T> EquilibriumSolver<T>::memory() const {
+    const Implementation& i = *implementation_;
+    return i.multigrid ? i.multigrid->memory() : std::vector<T>();
+}
+
+template <class T>
+void EquilibriumSolver<T>::set_memory(std::span<const T> values) {
+    Implementation& i = *implementation_;
+    if (values.empty()) {
+        i.multigrid.reset();
+        return;
+    }
+    if (values.size() != 3 * node_count()) {
+        throw std::invalid_argument("memory of " + std::to_string(values.size()) + " values given: the body's " +
+                                    std::to_string(node_count()) + " nodes have three each");
+    }
+    static_cast<Multigrid<T>&>(i.choose(PreconditionerKind::multigrid)).set_memory(i.potential.space(), values);
+}
+
+template <class T>
 PotentialEnergy EquilibriumSolver<T>::get_forces(VectorField<const T> displacement, VectorField<T> force) {
     Implementation& i = *implementation_;
     i.body->write(displacement, 1 / i.body->length_unit(), i.state.displacement);

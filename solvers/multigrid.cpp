@@ -128,6 +128,23 @@ void Multigrid<T>::update(const Potential<T>& potential) {
 }
 
 template <class T>
+std::vector<T> Multigrid<T>::memory() const {
+    std::vector<T> values;
+    if (fine_) {
+        values.resize(3 * body_->node_count());
+        body_->read(fine_->guess.field, 1, VectorField<T>::aos(values.data(), body_->node_count()));
+    }
+    return values;
+}
+
+template <class T>
+void Multigrid<T>::set_memory(const VectorSpace<T>& space, std::span<const T> values) {
+    fine_ = std::make_unique<FineLevel>(*this, space);
+    body_->write(VectorField<const T>::aos(values.data(), body_->node_count()), 1, fine_->guess.field);
+    fine_->highest = 1; // there was an estimate
+}
+
+template <class T>
 void Multigrid<T>::cycle(std::size_t l) {
     if (l == levels_.size()) {
         direct_->solve(direct_->right_side, direct_->solution);

@@ -29,6 +29,11 @@ public:
     void apply(const NodeVector<T>& r, NodeVector<T>& z) override;
     std::string_view name() const override { return "multigrid"; }
 
+    /// Where the estimate of the finest spectrum ended, which the next one starts from: three values a node in the
+    /// body's order; none before the first.
+    std::vector<T> memory() const;
+    void set_memory(const VectorSpace<T>& space, std::span<const T> values);
+
 private:
     static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
     struct FineLevel; // multigrid_fine_level.hpp

@@ -127,6 +127,13 @@ public:
     EquilibriumResult step(const Loading& loading, double time_step, double mass_damping, VectorField<T> displacement,
                            VectorField<T> velocity, const EquilibriumOptions& options = {});
 
+    /// What a later solve takes over from those before it, all that a solver remembers: where multigrid last ended its
+    /// estimate of a spectrum. Three values a node, or none. With it, another solver made in the same way goes on with
+    /// the same bits.
+    std::vector<T> memory() const;
+    /// Throws std::invalid_argument unless there are three values a node, or none.
+    void set_memory(std::span<const T> values);
+
     /// Sets (not adds) the internal forces, N, and gives the energy, J, at displacements of the caller.
     PotentialEnergy get_forces(VectorField<const T> displacement, VectorField<T> force);
     PlanDescription describe() const;

@@ -49,6 +49,8 @@ struct EffectEnergy {
 template <class T>
 class ExplicitDynamics {
 public:
+    using Scalar = T;
+
     ExplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options = {});
     explicit ExplicitDynamics(const Network& network, const PlanOptions& options = {});
     ExplicitDynamics(ExplicitDynamics&&) noexcept;
@@ -76,6 +78,11 @@ public:
     /// Throw std::invalid_argument where the size differs or a number is not finite, and change nothing then.
     void set_displacements(VectorField<const T> in);
     void set_velocities(VectorField<const T> in);
+    /// The motion with every bit, for a body made in the same way to go on from: displacement and velocity in the
+    /// plan's own unit of length, which rounding to m would lose; six values a node.
+    std::vector<T> exact_state() const;
+    /// Throws std::invalid_argument unless there are six values a node. Prescribed nodes and loads are to be set anew.
+    void set_exact_state(std::span<const T> values);
     /// Sets (not adds) the internal forces at the present displacements.
     void get_forces(VectorField<T> out) const;
     /// Nodal masses, kg, one a node.

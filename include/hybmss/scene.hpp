@@ -141,6 +141,7 @@ struct SceneSource {
     };
     std::string file;                     ///< "" for a scene that was not read from a text
     std::map<std::string, Entry> entries; ///< by path: "material.density", "fix[1].where"
+    std::string canonical; ///< all that the text says, without comments and in one order: equal for equal scenes
 };
 
 struct Scene {

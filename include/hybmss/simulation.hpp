@@ -78,12 +78,16 @@ struct Progress {
 struct RunCallbacks {
     std::function<void(const Progress&)> progress; ///< at every check of the state, or iteration of a static solve
     std::function<void()> output; ///< at time 0, then every `output.every`, and at the end; static: start and end
+    /// At every check of the state that the run goes on from, after the output there: the moment to call
+    /// write_checkpoint(). false ends the run, which a checkpoint from there continues. Not called by static solves.
+    std::function<bool()> checkpoint;
 };
 
 /// What came of a run.
 struct Summary {
     bool converged = false;
-    std::string failure; ///< why the run stopped early or is no success; "" where all is well
+    std::string failure;      ///< why the run stopped early or is no success; "" where all is well
+    bool interrupted = false; ///< RunCallbacks::checkpoint ended it
     VolumeChange volume;
     Energies energies;
     std::vector<ProbeReading> probes;
@@ -104,6 +108,20 @@ public:
     Simulation(Simulation&&) noexcept;
     Simulation& operator=(Simulation&&) noexcept;
     ~Simulation();
+
+    /// Writes what all later results depend on, bit for bit, to a file that is there whole or not at all: under a
+    /// temporary name first. `attached` is kept beside it, as it is. Throws std::runtime_error where it cannot be
+    /// written, std::logic_error for a static scene, which has no time to go on from.
+    void write_checkpoint(const std::string& path, const std::string& attached = "") const;
+
+    /// The simulation that wrote the checkpoint, as it was then: run() goes on without another output at its start, and
+    /// ends with the same bits as one that was never stopped. Precision, layout, instruction set and accuracy are the
+    /// checkpoint's; `options` gives the threads. Sets `attached` where it is not null. Throws as the constructor does,
+    /// and std::invalid_argument for a checkpoint that is missing, damaged, of another version or of another scene: one
+    /// whose text, other than comments and order, or whose files say something else. (Of a scene that was not read from
+    /// a text, its cells, time step and duration are compared.)
+    static Simulation restarted(Scene scene, const SimulationOptions& options, const std::string& path,
+                                std::string* attached = nullptr);
 
     const Scene& scene() const;
     const Lattice& lattice() const;
@@ -140,7 +158,7 @@ public:
 private:
     /// Returns why the run stopped early, or "".
     std::string run_in_time(const RunCallbacks& callbacks, const std::function<double()>& elapsed,
-                            const std::function<void()>& write);
+                            const std::function<void()>& write, bool& interrupted);
 
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;

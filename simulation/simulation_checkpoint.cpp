@@ -1,0 +1,103 @@
+#include "hybmss/version.hpp"
+#include "simulation/checkpoint_file.hpp"
+#include "simulation/digest.hpp"
+#include "simulation/simulation_implementation.hpp"
+
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+/// Of what the scene says and of the body made from it: files that it names may have changed.
+std::uint64_t scene_digest(const Scene& scene, const Lattice& lattice, double time_step) {
+    Digest digest;
+    digest.add(scene.source.canonical);
+    digest.add(std::span<const int>(lattice.cells()));
+    digest.add(lattice.cell_scales());
+    const double numbers[] = {lattice.cell_size(), time_step, scene.solver.duration};
+    digest.add(std::span<const double>(numbers));
+    return digest.value();
+}
+
+void require_version(const CheckpointSections& sections) {
+    if (const std::string& version = sections.text("version"); version != kVersion) {
+        throw std::runtime_error("it was written by hybmss " + version + ", this is " + std::string(kVersion) +
+                                 ": only the same version goes on with the same bits");
+    }
+}
+
+} // namespace
+
+void Simulation::write_checkpoint(const std::string& path, const std::string& attached) const {
+    const Implementation& body = *implementation_;
+    if (body.is_static()) {
+        throw std::logic_error("a static scene has no time to go on from: no checkpoint");
+    }
+    CheckpointSections sections;
+    sections.put("version", std::string(kVersion));
+    const std::uint64_t digest = scene_digest(body.scene, body.lattice, body.time_step);
+    sections.put("scene", std::span(&digest, 1));
+    const PlanDescription plan = describe();
+    sections.put("precision", plan.precision);
+    sections.put("instruction_set", std::string(name(plan.choice.instruction_set)));
+    sections.put("layout", plan.layout);
+    sections.put("accuracy", std::string(plan.choice.accuracy == Accuracy::exact ? "exact" : "fast"));
+    sections.put("run", std::vector<std::int64_t>{body.steps, body.outputs, body.written, body.work.newton_iterations,
+                                                  body.work.cg_iterations});
+    sections.put("preconditioner", body.work.preconditioner);
+    std::visit([&](const auto& d) { sections.put("state", d.exact_state()); }, body.dynamics);
+    if (const auto* single = std::get_if<ExplicitDynamics<float>>(&body.dynamics)) {
+        sections.put("effects", single->effect_memory());
+    } else if (const auto* twice = std::get_if<ExplicitDynamics<double>>(&body.dynamics)) {
+        sections.put("effects", twice->effect_memory());
+    }
+    sections.put("attached", attached);
+    write_checkpoint_file(path, sections);
+}
+
+Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, const std::string& path,
+                                 std::string* attached) {
+    try {
+        if (scene.solver.method == SolverMethod::static_equilibrium) {
+            throw std::runtime_error("a static scene has no time to go on from");
+        }
+        const CheckpointSections sections = read_checkpoint_file(path);
+        require_version(sections);
+        SimulationOptions same = options;
+        same.precision = parse_precision(sections.text("precision"));
+        same.plan.instruction_set = parse_instruction_set(sections.text("instruction_set"));
+        same.plan.layout = sections.text("layout");
+        same.plan.accuracy = sections.text("accuracy") == "exact" ? Accuracy::exact : Accuracy::fast;
+        same.plan.effort = Effort::estimate;
+        same.plan.wisdom = nullptr;
+
+        Simulation simulation(std::move(scene), same);
+        Implementation& body = *simulation.implementation_;
+        if (sections.values<std::uint64_t>("scene", 1)[0] != scene_digest(body.scene, body.lattice, body.time_step)) {
+            throw std::runtime_error("it belongs to another scene, or to this one before it was changed");
+        }
+        const std::vector<std::int64_t> run = sections.values<std::int64_t>("run", 5);
+        body.steps = run[0];
+        body.outputs = run[1];
+        body.written = run[2];
+        body.work.newton_iterations = run[3];
+        body.work.cg_iterations = run[4];
+        body.work.preconditioner = sections.text("preconditioner");
+        body.prescribe();
+        std::visit([&]<class Dynamics>(
+                       Dynamics& d) { d.set_exact_state(sections.values<typename Dynamics::Scalar>("state")); },
+                   body.dynamics);
+        body.on_explicit([&](auto& d) { d.set_effect_memory(sections.values<double>("effects")); });
+        body.continued = true;
+        if (attached) {
+            *attached = sections.text("attached");
+        }
+        return simulation;
+    } catch (const SceneError&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        throw std::invalid_argument("checkpoint " + path + ": " + error.what());
+    }
+}
+
+} // namespace hybmss
