@@ -39,6 +39,12 @@ HYBMSS_INLINE Vector3<V> cross(const Vector3<V>& a, const Vector3<V>& b) {
     return {multiply_subtract(a.y, b.z, a.z * b.y), multiply_subtract(a.z, b.x, a.x * b.z),
             multiply_subtract(a.x, b.y, a.y * b.x)};
 }
+/// -scale a - b
+template <class V>
+HYBMSS_INLINE Vector3<V> minus_product_minus(V scale, const Vector3<V>& a, const Vector3<V>& b) {
+    return {minus_product_minus(scale, a.x, b.x), minus_product_minus(scale, a.y, b.y),
+            minus_product_minus(scale, a.z, b.z)};
+}
 /// v + a x b
 template <class V>
 HYBMSS_INLINE Vector3<V> add_cross(const Vector3<V>& a, const Vector3<V>& b, const Vector3<V>& v) {
@@ -51,26 +57,20 @@ HYBMSS_INLINE V dot(const Vector3<V>& a, const Vector3<V>& b) {
     return multiply_add(a.z, b.z, multiply_add(a.y, b.y, a.x * b.x));
 }
 
-/// v + sign where the compile-time sign is -1, 0 or 1.
-template <int sign, class V>
+/// v + the compile-time number.
+template <int number, class V>
 HYBMSS_INLINE V offset(V v) {
-    if constexpr (sign == 0) {
+    if constexpr (number == 0) {
         return v;
     } else {
-        return v + splat<V>(Scalar<V>(sign));
+        return v + splat<V>(Scalar<V>(number));
     }
 }
-/// sum + sign * v; at the first term `sum` is not read.
-template <int sign, bool first, class V>
+/// sum + sign * v
+template <int sign, class V>
 HYBMSS_INLINE V signed_sum(V sum, V v) {
     if constexpr (sign == 0) {
         return sum;
-    } else if constexpr (first) {
-        if constexpr (sign > 0) {
-            return v;
-        } else {
-            return -v;
-        }
     } else if constexpr (sign > 0) {
         return sum + v;
     } else {
@@ -94,20 +94,27 @@ struct CellSpring {
     HYBMSS_INLINE static Vector3<V> vector(const Vector3<V>& du) {
         return {offset<rx>(du.x), offset<ry>(du.y), offset<rz>(du.z)};
     }
-    /// s = |d|^2 / l^2 - 1 = (du.du + 2 r.du) / l^2
+    /// r.du, beginning with a term that is not negated: a negation is an operation of its own.
+    template <class V>
+    HYBMSS_INLINE static V along(const Vector3<V>& du) {
+        static_assert(rx > 0 || ry > 0 || rz > 0, "name the corners the other way round");
+        if constexpr (rx > 0) {
+            return signed_sum<rz>(signed_sum<ry>(du.x, du.y), du.z);
+        } else if constexpr (ry > 0) {
+            return signed_sum<rx>(signed_sum<rz>(du.y, du.z), du.x);
+        } else {
+            return signed_sum<rx>(signed_sum<ry>(du.z, du.y), du.x);
+        }
+    }
+    /// s = |d|^2 / l^2 - 1 = (du.du + 2 r.du) / l^2 = du.(du + 2 r) / l^2
     template <class V>
     HYBMSS_INLINE static V stretch(const Vector3<V>& du) {
-        V along = signed_sum<rx, true>(du.x, du.x);
-        along = signed_sum<ry, rx == 0>(along, du.y);
-        along = signed_sum < rz, rx == 0 && ry == 0 > (along, du.z);
-        const V square = dot(du, du);
-        if constexpr (kLength2 == 1) {
-            return multiply_add(splat<V>(2), along, square);
-        } else if constexpr (kLength2 == 2) {
-            return multiply_add(splat<V>(Scalar<V>(0.5)), square, along);
+        if constexpr (kLength2 == 2) {
+            return multiply_add(splat<V>(Scalar<V>(0.5)), dot(du, du), along(du));
         } else {
-            const V third = splat<V>(Scalar<V>(1.0 / 3.0));
-            return third * multiply_add(splat<V>(2), along, square);
+            const Vector3<V> sum = {offset<2 * rx>(du.x), offset<2 * ry>(du.y), offset<2 * rz>(du.z)};
+            const V scaled_stretch = dot(du, sum);
+            return kLength2 == 1 ? scaled_stretch : splat<V>(Scalar<V>(1.0 / 3.0)) * scaled_stretch;
         }
     }
 };
@@ -130,6 +137,10 @@ using PlaneEdges = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>>;
 using PlaneEdgesAndFaceDiagonals = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<1, 2>, CellSpring<0, 3>>;
 template <bool face_diagonals>
 using EdgesAndFaces = std::conditional_t<face_diagonals, EdgesAndFaceDiagonals, Edges>;
+// The nine in the order in which the rows of a layer need them.
+using FirstThree = SpringGroup<CellSpring<0, 6>, CellSpring<0, 5>, CellSpring<1, 4>>;
+using SecondThree = SpringGroup<CellSpring<0, 4>, CellSpring<2, 4>, CellSpring<0, 3>>;
+using LastThree = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<1, 2>>;
 template <bool face_diagonals>
 using PlaneSprings = std::conditional_t<face_diagonals, PlaneEdgesAndFaceDiagonals, PlaneEdges>;
 
@@ -203,14 +214,16 @@ HYBMSS_INLINE CellVolume<V> cell_volume(const Vector3<V>& e0, const Vector3<V>& 
     const Vector3<V> big_s = {s.x, s.y + two, s.z + two};
     const Vector3<V> big_t = {t.x, t.y - two, t.z + two};
     const Vector3<V> big_a = {da.x + four, da.y, da.z};
-    CellVolume<V> cell{big_s, big_t, big_a, cross(big_s, big_t), cross(big_t, big_a), cross(big_a, big_s), {}};
     // J - 1 = (2 A.(S x T) - 64) / 64 without cancellation, by replacing one factor after the other:
     //   32 (J - 1) = da.(S x T) + A0.(ds x T) + A0.(S0 x dt),  A0 = (4, 0, 0), S0 = (0, 2, 2)
     const V difference = t.z - t.y;
     const V minor = multiply_subtract(s.y, big_t.z, s.z * big_t.y);
     const V bracket = multiply_add(two, difference, minor);
-    cell.dilation = multiply_add(four, bracket, dot(da, cell.st)) * splat<V>(Scalar<V>(1.0 / 32.0));
-    return cell;
+    // The bracket is the x component of S x T less that of S0 x T0.
+    const Vector3<V> st = {bracket + splat<V>(8), multiply_subtract(big_s.z, big_t.x, big_s.x * big_t.z),
+                           multiply_subtract(big_s.x, big_t.y, big_s.y * big_t.x)};
+    const V dilation = multiply_add(four, bracket, dot(da, st)) * splat<V>(Scalar<V>(1.0 / 32.0));
+    return {big_s, big_t, big_a, st, cross(big_t, big_a), cross(big_a, big_s), dilation};
 }
 
 /// The forces of a vector of cells' cube diagonals and volumes on the corners 0 to 3; those on the opposite corners 7
@@ -219,19 +232,25 @@ template <Volume volume, Accuracy accuracy, class V>
 HYBMSS_INLINE void diagonal_forces(const Vector3<V> (&u)[8], const V (&k)[7], Scalar<V> volume_ratio,
                                    Vector3<V> (&f)[4]) {
     const auto tension = spring_tensions<accuracy>(CubeDiagonals{}, u, k);
-    f[0] = spring_force<0, 7>(u, tension);
-    f[1] = spring_force<1, 6>(u, tension);
-    f[2] = spring_force<2, 5>(u, tension);
-    f[3] = spring_force<3, 4>(u, tension);
-    if constexpr (volume != Volume::none) {
+    if constexpr (volume == Volume::none) {
+        f[0] = spring_force<0, 7>(u, tension);
+        f[1] = spring_force<1, 6>(u, tension);
+        f[2] = spring_force<2, 5>(u, tension);
+        f[3] = spring_force<3, 4>(u, tension);
+    } else {
         // Force on corner i: -kappa phi' dV'/dx_i; dV'/dx_0 = -(ST + TA)/32, dV'/dx_1 = (ST - TA)/32,
         // dV'/dx_2 = -(ST + AS)/32, dV'/dx_3 = (ST - AS)/32 in units of h^2.
         const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
         const V pressure = k[6] * splat<V>(volume_ratio) * volume_slope<volume>(cell.dilation);
-        f[0] = multiply_add(pressure, cell.st + cell.ta, f[0]);
-        f[1] = multiply_add(pressure, cell.ta - cell.st, f[1]);
-        f[2] = multiply_add(pressure, cell.st + cell.as, f[2]);
-        f[3] = multiply_add(pressure, cell.as - cell.st, f[3]);
+        const Vector3<V> st = scaled(pressure, cell.st), ta = scaled(pressure, cell.ta), as = scaled(pressure, cell.as);
+        f[0] = st + ta;
+        f[1] = ta - st;
+        f[2] = st + as;
+        f[3] = as - st;
+        pull<0, 7>(f[0], u, tension);
+        pull<1, 6>(f[1], u, tension);
+        pull<2, 5>(f[2], u, tension);
+        pull<3, 4>(f[3], u, tension);
     }
 }
 

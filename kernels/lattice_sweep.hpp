@@ -4,6 +4,9 @@
 
 #include "kernels/lattice_cell.hpp"
 
+/// For a lambda: it is a step of the function around it, and its values belong into that one's registers.
+#define HYBMSS_INLINE_BODY __attribute__((always_inline))
+
 namespace hybmss::kernels {
 namespace {
 
@@ -32,6 +35,31 @@ HYBMSS_INLINE void load_row(const LatticeLayer<T>& layer, std::ptrdiff_t n, Vect
            load_lanes<V>(layer.displacement[2] + n)};
     high = {load_lanes<V>(layer.displacement[0] + n + 1), load_lanes<V>(layer.displacement[1] + n + 1),
             load_lanes<V>(layer.displacement[2] + n + 1)};
+}
+
+/// Displacements of the eight corners of a vector of cells, and their springs' stiffness; what is not used is not
+/// loaded.
+template <class V>
+struct Cell {
+    Vector3<V> u[8];
+    V k[7];
+};
+template <class V, class T>
+HYBMSS_INLINE Cell<V> load_cell(const LatticeLayer<T>& layer, const CellRows& at) {
+    Cell<V> cell;
+    load_row<V, T>(layer, at.low, cell.u[0], cell.u[1]);
+    load_row<V, T>(layer, at.low_y, cell.u[2], cell.u[3]);
+    load_row<V, T>(layer, layer.plane + at.high, cell.u[4], cell.u[5]);
+    load_row<V, T>(layer, layer.plane + at.high_y, cell.u[6], cell.u[7]);
+    for (int kind = 0; kind < 7; ++kind) {
+        cell.k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+    }
+    return cell;
+}
+/// The same, loaded anew: the compiler must not keep the first loads in registers, or spill them.
+template <class V, class T>
+HYBMSS_INLINE Cell<V> reload_cell(const LatticeLayer<T>& layer, const CellRows& at) {
+    return load_cell<V>(layer, {forget(at.low), forget(at.low_y), forget(at.high), forget(at.high_y)});
 }
 
 /// The forces on the high corners of a vector of cells, moved one lane on to the nodes that they act on. A row of nodes
@@ -66,8 +94,7 @@ HYBMSS_INLINE void integrate_nodes(T* const (&displacement)[3], T* const (&veloc
         V v = load_lanes<V>(velocity[c] + n);
         if constexpr (driven) {
             // Void nodes (inverse mass 0) must not fall.
-            v = multiply_add(v, splat<V>(step.velocity_factor),
-                             one_where_positive(mass) * splat<V>(step.velocity_gain[c]));
+            v = multiply_add(v, splat<V>(step.velocity_factor), where_positive(mass, splat<V>(step.velocity_gain[c])));
         }
         v = multiply_add(f[c], mobility, v);
         store_lanes(velocity[c] + n, v);
@@ -88,69 +115,87 @@ HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, 
 /// Springs and volume of one vector of cells: adds to `partial`, finishes the nodes at `low`, adds to `above`, or sets
 /// its row `high_y` where `sets_above`: there, nobody wrote before.
 ///
-/// First all tensions of edges and face diagonals, nine registers; then the cube diagonals and the volume, twelve; then
-/// the rows one after the other, each stored as soon as it is complete. Holding the forces of all eight corners at
-/// once, as the equations suggest, takes twenty-four, too many beside the rest.
+/// In float first all tensions of edges and face diagonals, nine registers; then the cube diagonals and the volume,
+/// twelve; then the rows one after the other, each stored as soon as it is complete. Holding the forces of all eight
+/// corners at once, as the equations suggest, takes twenty-four, too many beside the rest. In double the tensions are
+/// longer computations, long enough to be side by side in threes, and what a group needs is loaded again rather than
+/// spilled.
 ///
 /// The upper rows are written before the lower ones are read: with rows shorter than a vector they overlap.
 template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, bool sets_above, class V>
 HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
-    using T = Scalar<V>;
     const V zero = splat<V>(0);
-    const std::ptrdiff_t plane = layer.plane;
-    Vector3<V> u[8];
-    load_row<V, T>(layer, at.low, u[0], u[1]);
-    load_row<V, T>(layer, at.low_y, u[2], u[3]);
-    load_row<V, T>(layer, plane + at.high, u[4], u[5]);
-    load_row<V, T>(layer, plane + at.high_y, u[6], u[7]);
-    V k[7];
-    for (int kind = 0; kind < 7; ++kind) {
-        k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
-    }
-    const auto tension = spring_tensions<accuracy>(EdgesAndFaces<face_diagonals>{}, u, k);
-    Vector3<V> f[4];
-    diagonal_forces<volume, accuracy>(u, k, layer.volume_ratio, f);
+    // Corners 4 to 7 get the opposite of 3 to 0: their forces are held, and merged, with the sign reversed.
+    Vector3<V> f[4], f0, minus_f5, minus_f4;
+    const auto diagonals = [&](const Cell<V>& cell) HYBMSS_INLINE_BODY {
+        diagonal_forces<volume, accuracy>(cell.u, cell.k, layer.volume_ratio, f);
+        f0 = f[0], minus_f5 = f[2], minus_f4 = f[3];
+    };
+    const auto first_springs = [&](const Cell<V>& cell, const auto& tension) HYBMSS_INLINE_BODY {
+        Vector3<V> f6;
+        if constexpr (face_diagonals) {
+            pull<0, 6>(f0, cell.u, tension);
+            f6 =
+                minus_product_minus(tension.template at<0, 6>(), CellSpring<0, 6>::vector(cell.u[6] - cell.u[0]), f[1]);
+        } else {
+            f6 = Vector3<V>{zero, zero, zero} - f[1];
+        }
+        const Vector3<V> f7 = next_column(f[0], carry.high_y);
+        if constexpr (sets_above) {
+            store_force<V>(layer.above, at.high_y, f6 - f7);
+        } else {
+            store_force<V>(layer.above, at.high_y, load_force<V>(layer.above, at.high_y) + f6 - f7);
+        }
+        if constexpr (face_diagonals) {
+            pull<0, 5>(f0, cell.u, tension);
+            pull<0, 5>(minus_f5, cell.u, tension);
+            pull<1, 4>(f[1], cell.u, tension);
+            pull<1, 4>(minus_f4, cell.u, tension);
+        }
+    };
+    const auto second_springs = [&](const Cell<V>& cell, const auto& tension) HYBMSS_INLINE_BODY {
+        pull<0, 4>(f0, cell.u, tension);
+        pull<0, 4>(minus_f4, cell.u, tension);
+        if constexpr (face_diagonals) {
+            pull<2, 4>(f[2], cell.u, tension);
+            pull<2, 4>(minus_f4, cell.u, tension);
+        }
+        store_force<V>(layer.above, at.high,
+                       load_force<V>(layer.above, at.high) - minus_f4 - next_column(minus_f5, carry.high));
+        if constexpr (face_diagonals) {
+            pull<0, 3>(f0, cell.u, tension);
+            push<0, 3>(f[3], cell.u, tension);
+        }
+    };
+    const auto last_springs = [&](const Cell<V>& cell, const auto& tension) HYBMSS_INLINE_BODY {
+        pull<0, 2>(f0, cell.u, tension);
+        push<0, 2>(f[2], cell.u, tension);
+        if constexpr (face_diagonals) {
+            pull<1, 2>(f[1], cell.u, tension);
+            push<1, 2>(f[2], cell.u, tension);
+        }
+        store_force<V>(layer.partial, at.low_y,
+                       load_force<V>(layer.partial, at.low_y) + f[2] + next_column(f[3], carry.low_y));
+        pull<0, 1>(f0, cell.u, tension);
+        push<0, 1>(f[1], cell.u, tension);
+    };
 
-    // Corners 4 to 7 get the opposite: their forces are held, and merged, with the sign reversed.
-    Vector3<V> f0 = f[0], minus_f6 = f[1], minus_f5 = f[2], minus_f4 = f[3];
-    if constexpr (face_diagonals) {
-        pull<0, 6>(f0, u, tension);
-        pull<0, 6>(minus_f6, u, tension);
-    }
-    if constexpr (sets_above) {
-        store_force<V>(layer.above, at.high_y,
-                       Vector3<V>{zero, zero, zero} - minus_f6 - next_column(f[0], carry.high_y));
+    if constexpr (face_diagonals && !Traits<V>::kFloat) {
+        diagonals(load_cell<V>(layer, at));
+        const Cell<V> first = reload_cell<V>(layer, at);
+        first_springs(first, spring_tensions<accuracy>(FirstThree{}, first.u, first.k));
+        const Cell<V> second = reload_cell<V>(layer, at);
+        second_springs(second, spring_tensions<accuracy>(SecondThree{}, second.u, second.k));
+        const Cell<V> last = reload_cell<V>(layer, at);
+        last_springs(last, spring_tensions<accuracy>(LastThree{}, last.u, last.k));
     } else {
-        store_force<V>(layer.above, at.high_y,
-                       load_force<V>(layer.above, at.high_y) - minus_f6 - next_column(f[0], carry.high_y));
+        const Cell<V> cell = load_cell<V>(layer, at);
+        const auto tension = spring_tensions<accuracy>(EdgesAndFaces<face_diagonals>{}, cell.u, cell.k);
+        diagonals(cell);
+        first_springs(cell, tension);
+        second_springs(cell, tension);
+        last_springs(cell, tension);
     }
-
-    pull<0, 4>(f0, u, tension);
-    pull<0, 4>(minus_f4, u, tension);
-    if constexpr (face_diagonals) {
-        pull<0, 5>(f0, u, tension);
-        pull<0, 5>(minus_f5, u, tension);
-        pull<1, 4>(f[1], u, tension);
-        pull<1, 4>(minus_f4, u, tension);
-        pull<2, 4>(f[2], u, tension);
-        pull<2, 4>(minus_f4, u, tension);
-    }
-    store_force<V>(layer.above, at.high,
-                   load_force<V>(layer.above, at.high) - minus_f4 - next_column(minus_f5, carry.high));
-
-    pull<0, 2>(f0, u, tension);
-    push<0, 2>(f[2], u, tension);
-    if constexpr (face_diagonals) {
-        pull<0, 3>(f0, u, tension);
-        push<0, 3>(f[3], u, tension);
-        pull<1, 2>(f[1], u, tension);
-        push<1, 2>(f[2], u, tension);
-    }
-    store_force<V>(layer.partial, at.low_y,
-                   load_force<V>(layer.partial, at.low_y) + f[2] + next_column(f[3], carry.low_y));
-
-    pull<0, 1>(f0, u, tension);
-    push<0, 1>(f[1], u, tension);
     finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f[1], carry.low));
 }
 

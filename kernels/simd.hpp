@@ -9,6 +9,7 @@
 // such operation (a lane shift with a carry, a gather by 32-bit indices for every type). No name here is also one of
 // xsimd's: argument-dependent lookup would prefer xsimd::store, which wants aligned memory.
 
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
@@ -94,6 +95,20 @@ HYBMSS_INLINE V multiply_subtract(V a, V b, V c) {
     }
 #else
     return xsimd::fms(a, b, c);
+#endif
+}
+
+/// -a b - c.
+template <class V>
+HYBMSS_INLINE V minus_product_minus(V a, V b, V c) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_fnmsub_ps(a, b, c);
+    } else {
+        return _mm512_fnmsub_pd(a, b, c);
+    }
+#else
+    return xsimd::fnms(a, b, c);
 #endif
 }
 
@@ -257,10 +272,22 @@ HYBMSS_INLINE double sum_in_double(V v) {
     return sum;
 }
 
+/// `value` where gate > 0, else 0.
+template <class V>
+HYBMSS_INLINE V where_positive(V gate, V value) {
+    return xsimd::select(gate > splat<V>(0), value, splat<V>(0));
+}
 /// 1 where gate > 0, else 0.
 template <class V>
 HYBMSS_INLINE V one_where_positive(V gate) {
-    return xsimd::select(gate > splat<V>(0), splat<V>(1), splat<V>(0));
+    return where_positive(gate, splat<V>(1));
+}
+
+/// The same number, but the compiler cannot tell. Loads at the result are made again, close to their use, where it
+/// would otherwise keep what it loaded before, and spill it: on a Zen 4, stores hold up multiply-adds.
+HYBMSS_INLINE std::ptrdiff_t forget(std::ptrdiff_t n) {
+    asm("" : "+r"(n));
+    return n;
 }
 
 } // namespace

@@ -16,8 +16,7 @@ namespace {
 ///
 /// This cancels where |y| is much larger than the result, that is where |s| is below the estimate's error. So t is
 /// first rounded to a grid coarser than that error: near s = 0 it becomes exactly 1, y exactly 0, and the series alone
-/// carries the result. (Without the rounding the relative error at s = 1e-6 is 7e-6 with a 14-bit estimate, 1e-4 with
-/// 11 bits.)
+/// carries the result. (Without the rounding the relative error at s = 1e-6 is 7e-6 with a 14-bit estimate.)
 ///
 /// The root's argument is bounded below, so that coincident ends give a finite factor: that of the estimate by 2^-20,
 /// that of the rounded root by 2^-20 in float and 2^-40 in double. Below that 1 + s is mostly rounding.
@@ -33,7 +32,8 @@ HYBMSS_INLINE void one_minus_rsqrt(const V (&s)[count], V (&out)[count]) {
             step(i);
         }
     };
-    if constexpr (accuracy == Accuracy::exact || kSeed == Seed::none) {
+    // From 11 bits the series takes so many operations that root and quotient, in a unit otherwise idle, are faster.
+    if constexpr (accuracy == Accuracy::exact || kSeed == Seed::none || kSeed == Seed::bits11) {
         // s / ((1 + s) + sqrt(1 + s))
         V w[count], root[count];
         each([&](std::size_t i) { w[i] = maximum(s[i] + c(1.0), c(Traits<V>::kFloat ? 0x1p-20 : 0x1p-40)); });
@@ -41,11 +41,11 @@ HYBMSS_INLINE void one_minus_rsqrt(const V (&s)[count], V (&out)[count]) {
         each([&](std::size_t i) { out[i] = s[i] / (w[i] + root[i]); });
     } else {
         // Half a step below 1, 2^-(bits + 2), must exceed the estimate's error.
-        constexpr int kBits = kSeed == Seed::bits14 ? 11 : kSeed == Seed::bits11 ? 9 : 5;
+        constexpr int kBits = kSeed == Seed::bits14 ? 11 : 5;
         // The coefficients of r, r^2, ...; what is left out is below an epsilon of the result:
-        // |r| < 2^-10.6, 2^-8.5 and 2^-4.7, and |y| > |r| / 3 wherever r is that large.
+        // |r| < 2^-10.6 and 2^-4.7, and |y| > |r| / 3 wherever r is that large.
         constexpr double kSeries[] = {1.0 / 2, 3.0 / 8, 5.0 / 16, 35.0 / 128, 63.0 / 256};
-        constexpr int kTerms = !Traits<V>::kFloat ? 5 : kSeed == Seed::bits14 ? 2 : kSeed == Seed::bits11 ? 3 : 5;
+        constexpr int kTerms = Traits<V>::kFloat && kSeed == Seed::bits14 ? 2 : 5;
         V t[count], y[count], r[count], series[count];
         each([&](std::size_t i) { t[i] = reciprocal_square_root_seed(s[i] + c(1.0 + 0x1p-20)); });
         each([&](std::size_t i) { t[i] = round_fraction<kBits>(t[i]); });

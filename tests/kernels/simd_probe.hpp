@@ -18,12 +18,14 @@ struct SimdProbe {
     void (*multiply_add)(const T* a, const T* b, const T* c, T* out);
     void (*subtract_product)(const T* a, const T* b, const T* c, T* out);
     void (*multiply_subtract)(const T* a, const T* b, const T* c, T* out);
+    void (*minus_product_minus)(const T* a, const T* b, const T* c, T* out);
     void (*maximum)(const T* a, const T* b, T* out);
     void (*square_root)(const T* a, T* out);
     void (*shift_in)(const T* previous, const T* current, T* out);
     void (*gather)(const T* base, const std::int32_t* index, T* out);
     void (*scatter)(const T* values, T* base, const std::int32_t* index);
     double (*sum_in_double)(const T* a);
+    void (*where_positive)(const T* gate, const T* value, T* out);
     void (*one_where_positive)(const T* a, T* out);
     void (*round_fraction_to_11_bits)(const T* a, T* out);
     void (*cube_root_seed)(const T* a, T* out);

@@ -35,6 +35,7 @@ constexpr SimdProbe<Scalar<V>> make_probe(InstructionSet set) {
     p.multiply_add = ternary<V>([](V a, V b, V c) { return kernels::multiply_add(a, b, c); });
     p.subtract_product = ternary<V>([](V a, V b, V c) { return kernels::subtract_product(a, b, c); });
     p.multiply_subtract = ternary<V>([](V a, V b, V c) { return kernels::multiply_subtract(a, b, c); });
+    p.minus_product_minus = ternary<V>([](V a, V b, V c) { return kernels::minus_product_minus(a, b, c); });
     p.maximum = binary<V>([](V a, V b) { return kernels::maximum(a, b); });
     p.square_root = unary<V>([](V a) { return kernels::square_root(a); });
     p.shift_in = binary<V>([](V a, V b) { return kernels::shift_in(a, b); });
@@ -43,6 +44,7 @@ constexpr SimdProbe<Scalar<V>> make_probe(InstructionSet set) {
         scatter_lanes(load_lanes<V>(values), base, index);
     };
     p.sum_in_double = [](const T* a) { return kernels::sum_in_double(load_lanes<V>(a)); };
+    p.where_positive = binary<V>([](V gate, V value) { return kernels::where_positive(gate, value); });
     p.one_where_positive = unary<V>([](V a) { return kernels::one_where_positive(a); });
     p.round_fraction_to_11_bits = unary<V>([](V a) { return round_fraction<11>(a); });
     p.cube_root_seed = unary<V>([](V a) { return kernels::cube_root_seed(a); });

@@ -87,10 +87,11 @@ TYPED_TEST(Simd, FusedOperations) {
     for (const auto* p : probes<T>()) {
         for (int round = 0; round < 500; ++round) {
             const auto a = this->random(-3, 3), b = this->random(-3, 3), c = this->random(-3, 3);
-            auto sum = this->zeros(), negative = this->zeros(), difference = this->zeros();
+            auto sum = this->zeros(), negative = this->zeros(), difference = this->zeros(), minus_sum = this->zeros();
             p->multiply_add(a.data(), b.data(), c.data(), sum.data());
             p->subtract_product(a.data(), b.data(), c.data(), negative.data());
             p->multiply_subtract(a.data(), b.data(), c.data(), difference.data());
+            p->minus_product_minus(a.data(), b.data(), c.data(), minus_sum.data());
             for (int i = 0; i < p->width; ++i) {
                 const auto n = static_cast<std::size_t>(i);
                 const double ab = static_cast<double>(a[n]) * static_cast<double>(b[n]);
@@ -99,6 +100,7 @@ TYPED_TEST(Simd, FusedOperations) {
                 EXPECT_NEAR(static_cast<double>(sum[n]), ab + cc, tolerance) << name(p->instruction_set);
                 EXPECT_NEAR(static_cast<double>(negative[n]), cc - ab, tolerance) << name(p->instruction_set);
                 EXPECT_NEAR(static_cast<double>(difference[n]), ab - cc, tolerance) << name(p->instruction_set);
+                EXPECT_NEAR(static_cast<double>(minus_sum[n]), -ab - cc, tolerance) << name(p->instruction_set);
             }
         }
     }
@@ -152,14 +154,16 @@ TYPED_TEST(Simd, ComparisonsAndRounding) {
         for (int round = 0; round < 200; ++round) {
             auto a = this->random(-8, 4), b = this->random(-8, 4);
             a[0] = T(0);
-            auto larger = this->zeros(), gate = this->zeros(), rounded = this->zeros();
+            auto larger = this->zeros(), gate = this->zeros(), gated = this->zeros(), rounded = this->zeros();
             p->maximum(a.data(), b.data(), larger.data());
             p->one_where_positive(a.data(), gate.data());
+            p->where_positive(a.data(), b.data(), gated.data());
             p->round_fraction_to_11_bits(a.data(), rounded.data());
             for (int i = 0; i < p->width; ++i) {
                 const auto n = static_cast<std::size_t>(i);
                 EXPECT_EQ(larger[n], std::max(a[n], b[n])) << name(p->instruction_set);
                 EXPECT_EQ(gate[n], a[n] > 0 ? T(1) : T(0)) << name(p->instruction_set);
+                EXPECT_EQ(gated[n], a[n] > 0 ? b[n] : T(0)) << name(p->instruction_set);
                 // Half a unit rounds away from zero, which random numbers do not meet.
                 const T unit = std::exp2(std::floor(std::log2(std::abs(a[n]))) - T(11));
                 if (a[n] != 0) {

@@ -181,6 +181,14 @@ V multiply_subtract(V a, V b, V c) {
 }
 
 template <class V>
+V minus_product_minus(V a, V b, V c) {
+    if constexpr (!Traits<V>::kFused) {
+        return -(a * b) - c;
+    }
+    return fused(3, a, b, c);
+}
+
+template <class V>
 V other(std::int64_t kind, double slots, V a, V b = {}) {
     return evaluate(kOther, &bench::OperationCount::others, slots, kind, a, b);
 }
@@ -215,9 +223,17 @@ template <class V>
 V cube_root_seed(V a) {
     return other(3, Traits<V>::kFloat ? 3 : 6, a);
 }
+/// A comparison, which counts once for all values that it gates, and a selection.
+template <class V>
+V where_positive(V gate, V value) {
+    return other(5, 1, other(4, 1, gate), value);
+}
 template <class V>
 V one_where_positive(V gate) {
-    return other(4, 2, gate);
+    return where_positive(gate, splat<V>(1));
+}
+inline std::ptrdiff_t forget(std::ptrdiff_t n) {
+    return n;
 }
 template <class V>
 double sum_in_double(V) {
