@@ -30,5 +30,36 @@ TEST(Memory, NetworkLayoutsCountTheirSprings) {
     }
 }
 
+TEST(Memory, SparseVoxelsCountByTheirCells) {
+    // Two cubes of cells in the corners of a large grid.
+    const auto body_of = [](std::int64_t edge, std::int64_t grid) {
+        Body body;
+        body.cells = {grid, grid, grid};
+        body.labels.resize(static_cast<std::size_t>(grid * grid * grid));
+        for (std::int64_t k = 0; k < edge; ++k) {
+            for (std::int64_t j = 0; j < edge; ++j) {
+                for (std::int64_t i = 0; i < edge; ++i) {
+                    body.labels[static_cast<std::size_t>(i + grid * (j + grid * k))] = 1;
+                    body.labels[static_cast<std::size_t>(grid - 1 - i +
+                                                         grid * (grid - 1 - j + grid * (grid - 1 - k)))] = 2;
+                }
+            }
+        }
+        return body;
+    };
+    const SimulationOptions options;
+    const double small = estimated_bytes(body_of(12, 96), options), large = estimated_bytes(body_of(24, 96), options);
+    const double grid = 9 * 97.0 * 97 * 97; // what the grid itself takes
+    EXPECT_GT((large - grid) / (small - grid), 5);
+    EXPECT_LT((large - grid) / (small - grid), 9);
+    Body box = body_of(1, 96);
+    box.labels.clear();
+    EXPECT_LT(large, estimated_bytes(box, options) / 10);
+    box.labels.assign(96 * 96 * 96, 1);
+    const double full = estimated_bytes(box, options);
+    box.labels.clear();
+    EXPECT_EQ(full, estimated_bytes(box, options));
+}
+
 } // namespace
 } // namespace hybmss
