@@ -3,7 +3,21 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace hybmss {
+namespace {
+
+/// "[#######-------------]  35 %"
+std::string bar(double fraction) {
+    constexpr int kWidth = 20;
+    const double part = std::clamp(fraction, 0.0, 1.0);
+    const int full = static_cast<int>(part * kWidth);
+    return fmt::format("[{:#<{}}{:-<{}}] {:3.0f} %", "", full, "", kWidth - full, std::floor(100 * part));
+}
+
+} // namespace
 
 ProgressLine::ProgressLine(std::FILE* stream) : stream_(stream), visible_(isatty(fileno(stream)) == 1) {}
 
@@ -23,8 +37,8 @@ void ProgressLine::show(const Progress& progress) {
     shown_ = true;
     if (progress.solve) {
         const EquilibriumProgress& solve = *progress.solve;
-        fmt::print(stream_, "\r\033[Kload {:.4g} %, Newton {}, CG {}, residual {:.2e}, potential {:.4g} J, {:.0f} s",
-                   100 * solve.load_fraction, solve.newton_iteration, solve.cg_iterations, solve.residual,
+        fmt::print(stream_, "\r\033[K{} of the load, Newton {}, CG {}, residual {:.2e}, potential {:.4g} J, {:.0f} s",
+                   bar(solve.load_fraction), solve.newton_iteration, solve.cg_iterations, solve.residual,
                    solve.potential, progress.wall_seconds);
         std::fflush(stream_);
         return;
@@ -33,8 +47,9 @@ void ProgressLine::show(const Progress& progress) {
                         static_cast<double>(progress.step);
     const Energies& e = progress.energies;
     fmt::print(stream_,
-               "\r\033[Kstep {} of {}, t = {:.4g} s, elastic energy {:.4g} J, kinetic {:.3g} J, at most {:.0f} s left",
-               progress.step, progress.steps, progress.time, e.springs + e.volume, e.kinetic, left);
+               "\r\033[K{} step {} of {}, t = {:.4g} s, elastic {:.4g} J, kinetic {:.3g} J, at most {:.0f} s left",
+               bar(static_cast<double>(progress.step) / static_cast<double>(progress.steps)), progress.step,
+               progress.steps, progress.time, e.springs + e.volume, e.kinetic, left);
     std::fflush(stream_);
 }
 
