@@ -31,6 +31,17 @@ std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
     return cells;
 }
 
+std::vector<std::uint8_t> cell_labels(const Lattice& lattice, std::span<const std::uint8_t> grid_labels) {
+    std::vector<std::uint8_t> labels;
+    const std::span<const float> scales = lattice.cell_scales();
+    for (std::size_t cell = 0; cell < grid_labels.size(); ++cell) {
+        if (scales[cell] > 0) {
+            labels.push_back(grid_labels[cell]);
+        }
+    }
+    return labels;
+}
+
 double volume_ratio_minus_one(std::span<const std::array<double, 3>> displacement,
                               const std::array<std::uint32_t, 8>& corners, double cell_size) {
     double H[3][3] = {}; // H[i][j] = d u_i / d X_j

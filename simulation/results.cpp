@@ -95,7 +95,8 @@ void Results::record() {
         ratios.push_back(1 + volume_ratio_minus_one(u, cell, simulation_.lattice().cell_size()));
     }
     const std::string name = frame_name(frames_.size());
-    write_vtu(directory_ / name, {points, cells_, u, v, ratios});
+    const std::vector<std::uint8_t> labels = cell_labels(simulation_.lattice(), simulation_.scene().body.labels);
+    write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels});
     frames_.emplace_back(simulation_.time(), name);
 
     char time[40];

@@ -54,6 +54,9 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     appended.add(header, "Float64", "velocity", 3, grid.velocity);
     header << "</PointData>\n<CellData Scalars=\"volume_ratio\">\n";
     appended.add(header, "Float64", "volume_ratio", 1, grid.volume_ratio);
+    if (!grid.label.empty()) {
+        appended.add(header, "UInt8", "label", 1, grid.label);
+    }
     header << "</CellData>\n<Points>\n";
     appended.add(header, "Float64", "Points", 3, grid.points);
     header << "</Points>\n<Cells>\n";

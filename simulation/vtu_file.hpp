@@ -21,6 +21,7 @@ struct VtuGrid {
     std::span<const Vector3> displacement; ///< m, one a point
     std::span<const Vector3> velocity;     ///< m/s, one a point
     std::span<const double> volume_ratio;  ///< one a cell
+    std::span<const std::uint8_t> label;   ///< one a cell, or none
 };
 
 /// Binary (appended raw data, little endian as the machine is), written whole or not at all.

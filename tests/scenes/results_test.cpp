@@ -2,6 +2,7 @@
 
 #include "hybmss/simulation.hpp"
 #include "tests/scenes/program.hpp"
+#include "tests/scenes/vtu_array.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -15,21 +16,7 @@
 namespace hybmss {
 namespace {
 
-/// The appended array `name` of a .vtu file.
-template <class T>
-std::vector<T> vtu_array(const std::string& vtu, const std::string& name) {
-    const std::size_t declared = vtu.find("Name=\"" + name + "\"");
-    EXPECT_NE(declared, std::string::npos) << name;
-    const std::size_t offset_at = vtu.find("offset=\"", declared) + 8;
-    const std::size_t offset = std::stoul(vtu.substr(offset_at));
-    const char* const kStart = "<AppendedData encoding=\"raw\">\n_";
-    const char* data = vtu.data() + vtu.find(kStart) + std::strlen(kStart) + offset;
-    std::uint64_t bytes = 0;
-    std::memcpy(&bytes, data, sizeof bytes);
-    std::vector<T> values(bytes / sizeof(T));
-    std::memcpy(values.data(), data + sizeof bytes, bytes);
-    return values;
-}
+using test::vtu_array;
 
 class Results : public testing::Test {
 protected:

@@ -4,6 +4,7 @@
 #include "simulation/cell_parts.hpp"
 #include "tests/scenes/program.hpp"
 #include "tests/scenes/voxel_samples.hpp"
+#include "tests/scenes/vtu_array.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -182,6 +183,21 @@ TEST_F(VoxelBody, run_reports_the_body_and_warns_of_parts) {
                              "memory               about", "5 x 2 x 1 cells of 0.5 m"}) {
         EXPECT_NE(explain.output.find(line), std::string::npos) << line << "\n" << explain.output;
     }
+}
+
+TEST_F(VoxelBody, results_hold_the_labels_of_the_cells) {
+    // Label 2 has no stiffness: its cells are not there.
+    write("mixed.npy", npy({4, 1, 1}, [](int i, int, int) {
+              return std::array{3, 2, 0, 1}[static_cast<std::size_t>(i)];
+          }));
+    write("s.toml", scene_text("voxels = \"mixed.npy\"\ncell_size = 0.5", "0.3",
+                               "[[label]]\nvalue = 1\nyoung_modulus = 1e4\n[[label]]\nvalue = 2\nyoung_modulus = "
+                               "0\n[[label]]\nvalue = 3\nyoung_modulus = 2e4\n"));
+    const ProgramResult run = run_program("run s.toml --out made", directory.path());
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    const std::string vtu = read_text(directory.path() / "made/body_0001.vtu");
+    EXPECT_EQ(vtu_array<std::uint8_t>(vtu, "label"), (std::vector<std::uint8_t>{3, 1}));
+    EXPECT_EQ(vtu_array<double>(vtu, "volume_ratio").size(), 2u);
 }
 
 /// The example, in which a liver hangs from the diaphragm; its file is what its script makes.
