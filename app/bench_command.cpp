@@ -1,6 +1,7 @@
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "bench/batch_benchmark.hpp"
+#include "bench/cutting_benchmark.hpp"
 #include "bench/hessian_benchmark.hpp"
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
@@ -22,7 +23,7 @@ struct BenchArguments {
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
-    bool solvers = false;
+    bool solvers = false, cutting = false;
 };
 
 /// What is measured, and the words above its table.
@@ -65,6 +66,10 @@ Selection select(const BenchArguments& arguments) {
         choices.layouts = layouts(arguments, bench::row_layouts());
         return {bench::memory_table(choices), bench::kMemoryIntroduction};
     }
+    if (arguments.cutting) {
+        choices.layouts = layouts(arguments, {"flat-rows", "active-rows"});
+        return {bench::cutting_benchmark(choices), bench::kCuttingIntroduction};
+    }
     if (arguments.solvers) {
         return {bench::solver_benchmark(arguments.large, arguments.threads.front()), bench::kSolverIntroduction};
     }
@@ -105,12 +110,15 @@ void add_bench_command(CLI::App& app) {
     auto* batch = command->add_flag("--batch", arguments->batch, "instead: 64 small bodies stepped side by side");
     auto* hessian = command->add_flag("--hessian", arguments->hessian,
                                       "instead: second derivatives times a vector, against the step");
+    auto* cutting = command->add_flag("--cutting", arguments->cutting, "instead: cells removed from moving bodies");
+    cutting->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch)->excludes(hessian);
     command->add_flag("--solvers", arguments->solvers, "instead: preconditioners, and static solves beside CalculiX")
         ->excludes(limits)
         ->excludes(scaling)
         ->excludes(memory)
         ->excludes(batch)
-        ->excludes(hessian);
+        ->excludes(hessian)
+        ->excludes(cutting);
     command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too; with --solvers: 64^3");
     limits->excludes(scaling)->excludes(memory)->excludes(batch);
     scaling->excludes(memory)->excludes(batch);

@@ -54,6 +54,7 @@ EffectList effects_of(const Simulation& simulation) {
         is_static ? "static: nothing moves" : "no damping.mass, or zero");
     add(!is_static, "inertia", std::string(name(scene.solver.method)), "static: nothing moves");
     add(!scene.loads.empty(), "loads", fmt::format("{} [[load]]", scene.loads.size()), "no [[load]]");
+    add(!scene.cuts.empty(), "cutting", fmt::format("{} [[cut]]", scene.cuts.size()), "no [[cut]]");
     add(!scene.fixes.empty(), "fixed nodes",
         fmt::format("{} nodes, by {} [[fix]]", simulation.fixed_node_count(), scene.fixes.size()), "no [[fix]]");
     double over = 0;

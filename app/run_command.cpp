@@ -131,6 +131,9 @@ void run_scene(const RunArguments& arguments) {
     if (results) {
         fmt::print("results in {}\n", arguments.out);
     }
+    if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
+        fmt::print(stderr, "hybmss: warning: {}: after the cuts the body has {}\n", arguments.scene, parts);
+    }
     if (summary.volume.min_cell_volume_ratio <= 0) {
         // An inverted cell can hold a lattice in a false equilibrium, so a settled result needs this word of caution.
         fmt::print(

@@ -40,6 +40,9 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
         fmt::format("{:.6g} ... {:.6g}", s.volume.min_cell_volume_ratio, s.volume.max_cell_volume_ratio));
     row("energy (J)", fmt::format("springs {:.6g}, volume {:.6g}, kinetic {:.3g}, external {:.6g}", s.energies.springs,
                                   s.energies.volume, s.energies.kinetic, s.energies.external));
+    if (s.removed_cells > 0) {
+        row("cut away", fmt::format("{} cells, with {:.6g} J", s.removed_cells, s.energies.removed));
+    }
     for (const ProbeReading& probe : s.probes) {
         row(("probe " + probe.name).c_str(), fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z"));
         row("  force (N)", vector_text(probe.force));

@@ -238,6 +238,11 @@ void Body<T>::step(State<T>& state, const StepParameters& parameters, const Step
     workers_.run(stages, count);
 }
 
+template <class T>
+void Body<T>::take_over(const Lattice&, std::span<const CutNode>, std::size_t) {
+    throw std::logic_error("this layout cannot be cut");
+}
+
 template struct State<float>;
 template struct State<double>;
 template class Body<float>;

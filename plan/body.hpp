@@ -6,6 +6,7 @@
 #include "layouts/node_runs.hpp"
 #include "plan/workers.hpp"
 
+#include <array>
 #include <memory>
 #include <span>
 #include <string>
@@ -72,7 +73,13 @@ struct StepActions {
     std::span<const LoadedComponent<T>> loaded; ///< each component once
 };
 
-/// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable.
+/// A node that has lost a cell: its number in the body, and its place x y z in the grid.
+struct CutNode {
+    std::uint32_t node;
+    std::array<std::size_t, 3> place;
+};
+
+/// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable but for cuts.
 template <class T>
 class Body {
 public:
@@ -90,6 +97,13 @@ public:
     virtual double length_unit() const = 0;
     virtual double critical_time_step() const = 0;
     virtual PlanDescription describe() const = 0;
+
+    /// Whether take_over() is there.
+    virtual bool can_be_cut() const { return false; }
+    /// Stiffnesses and masses at the nodes become those of `cut`, which has lost `removed` cells, all at these nodes.
+    /// In time proportional to the nodes named. Nodes keep their numbers and places; one without any cell has no mass.
+    /// Nothing may run on the body meanwhile.
+    virtual void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed);
 
     virtual State<T> make_state(bool moving) const = 0;
     /// Sets state.force.

@@ -1,11 +1,13 @@
 #include "hybmss/explicit_dynamics.hpp"
 
+#include "layouts/node_numbers.hpp"
 #include "plan/planned_body.hpp"
 #include "plan/step_effect.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -50,12 +52,35 @@ struct ExplicitDynamics<T>::Implementation {
         }
     }
 
+    void check_cut(const Lattice& lattice, std::span<const std::uint32_t> cells) {
+        if (!body->can_be_cut()) {
+            throw std::invalid_argument("layout \"" + body->describe().layout +
+                                        "\" cannot be cut while it moves: flat-rows, active-rows and gather-rows can");
+        }
+        for (const std::uint32_t cell : cells) {
+            if (cell >= lattice.cell_scales().size()) {
+                throw std::invalid_argument("cell " + std::to_string(cell) + ": the lattice has " +
+                                            std::to_string(lattice.cell_scales().size()));
+            }
+        }
+        if (!numbers) {
+            numbers.emplace(lattice, body->node_count());
+            grid = lattice.cells();
+        }
+        if (grid != lattice.cells()) {
+            throw std::invalid_argument("the lattice has another grid than the one that the body was made from");
+        }
+    }
+
     PlannedBody<T> planned;
     const Body<T>* body;
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
     std::vector<std::unique_ptr<StepEffect<T>>> effects;
     std::vector<PrescribedComponent<T>> prescribed;
     std::vector<LoadedComponent<T>> loaded;
+    std::vector<NodalLoad> loads;        ///< that `loaded` comes from
+    std::optional<NodeNumbers> numbers;  ///< from the first cut on
+    std::array<int, 3> grid = {0, 0, 0}; ///< likewise
 };
 
 template <class T>
@@ -124,13 +149,59 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
     std::vector<LoadedComponent<T>> components;
     for (const auto& [node, force] : forces) {
         for (std::size_t c = 0; c < 3; ++c) {
-            if (force[c] != 0) {
+            if (force[c] != 0 && body.masses()[node] > 0) { // not where all cells have been cut away
                 const double acceleration = force[c] / (body.masses()[node] * body.length_unit());
                 components.push_back({body.index_of(node), static_cast<int>(c), static_cast<T>(acceleration)});
             }
         }
     }
     implementation_->loaded = std::move(components);
+    implementation_->loads.clear();
+    for (const auto& [node, force] : forces) {
+        if (force != std::array<double, 3>{0, 0, 0}) {
+            implementation_->loads.push_back({node, force});
+        }
+    }
+}
+
+template <class T>
+bool ExplicitDynamics<T>::can_remove_cells() const {
+    return implementation_->body->can_be_cut();
+}
+
+template <class T>
+std::size_t ExplicitDynamics<T>::remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells) {
+    Implementation& i = *implementation_;
+    i.check_cut(lattice, cells);
+    const auto nx = static_cast<std::size_t>(lattice.cells()[0]), ny = static_cast<std::size_t>(lattice.cells()[1]);
+    std::vector<CutNode> nodes;
+    std::size_t removed = 0;
+    for (const std::uint32_t cell : cells) {
+        const std::size_t x = cell % nx, y = cell / nx % ny, z = cell / nx / ny;
+        const int at[3] = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
+        if (!(lattice.cell_scale(at[0], at[1], at[2]) > 0)) {
+            continue;
+        }
+        lattice.set_cell_scale(at[0], at[1], at[2], 0);
+        ++removed;
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            const std::array<std::size_t, 3> place = {x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)};
+            nodes.push_back({i.numbers->of(place[0] + (nx + 1) * (place[1] + (ny + 1) * place[2])), place});
+        }
+    }
+    i.planned.body->take_over(lattice, nodes, removed);
+    for (const CutNode& node : nodes) {
+        if (i.body->masses()[node.node] == 0) { // nothing would slow it down
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Component<T> v = component(i.state.velocity, c);
+                v.first[static_cast<std::ptrdiff_t>(i.body->index_of(node.node)) * v.stride] = 0;
+            }
+        }
+    }
+    if (!i.loads.empty()) { // the same forces on other masses
+        load(std::vector<NodalLoad>(i.loads));
+    }
+    return removed;
 }
 
 template <class T>

@@ -62,8 +62,9 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
       layout_(layout == kActiveRows
                   ? active_rows<T>(lattice, material, kernels_->width)
                   : flat_rows<T>(lattice, material, layout == kGatherRows ? Ghosts::planes : Ghosts::none)),
-      face_diagonals_(material.face_diagonal_ratio > 0), volume_(kernel_volume(resolved_volume_energy(material))),
-      accuracy_(options.accuracy), slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count())),
+      material_(material), face_diagonals_(material.face_diagonal_ratio > 0),
+      volume_(kernel_volume(resolved_volume_energy(material))), accuracy_(options.accuracy),
+      slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count())),
       critical_time_step_(lattice_critical_time_step(lattice, material)),
       springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
 

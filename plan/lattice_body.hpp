@@ -30,6 +30,8 @@ public:
     double length_unit() const override { return layout_.cell_size; }
     double critical_time_step() const override { return critical_time_step_; }
     PlanDescription describe() const override;
+    bool can_be_cut() const override { return true; }
+    void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) override;
 
     State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
@@ -52,6 +54,8 @@ protected:
     kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
 
 private:
+    /// Springs whose first node, or whose cell's low corner, lies at `index`.
+    std::size_t springs_from(std::size_t index) const;
     std::size_t slabs() const { return slab_begin_.size() - 1; }
     /// Finishes the plane where slabs `join` and `join` + 1 meet.
     void join(State<T>& state, std::size_t join, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
@@ -69,6 +73,7 @@ private:
     const kernels::KernelTable<T>* table_;
     const kernels::LatticeKernels<T>* kernels_;
     LatticeArrays<T> layout_;
+    Material material_;
     bool face_diagonals_;
     kernels::Volume volume_;
     Accuracy accuracy_;

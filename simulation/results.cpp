@@ -4,6 +4,7 @@
 #include "simulation/region.hpp"
 #include "simulation/vtu_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -29,6 +30,33 @@ void require_finite(const std::vector<Vector3>& values, const char* what) {
     }
 }
 
+/// Takes out the nodes that no cell touches, and numbers the cells' corners accordingly.
+void drop_bare_nodes(std::vector<Vector3>& points, std::vector<Vector3>& u, std::vector<Vector3>& v,
+                     std::vector<std::array<std::uint32_t, 8>>& cells) {
+    std::vector<std::uint32_t> number(points.size(), 0);
+    for (const auto& cell : cells) {
+        for (const std::uint32_t n : cell) {
+            number[n] = 1;
+        }
+    }
+    std::uint32_t kept = 0;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        if (number[n] == 0) {
+            continue;
+        }
+        points[kept] = points[n];
+        u[kept] = u[n];
+        v[kept] = v[n];
+        number[n] = kept++;
+    }
+    points.resize(kept);
+    u.resize(kept);
+    v.resize(kept);
+    for (auto& cell : cells) {
+        std::transform(cell.begin(), cell.end(), cell.begin(), [&](std::uint32_t n) { return number[n]; });
+    }
+}
+
 void append(std::string& row, const Vector3& values) {
     for (double v : values) {
         char text[40];
@@ -40,8 +68,8 @@ void append(std::string& row, const Vector3& values) {
 } // namespace
 
 Results::Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before)
-    : directory_(made(std::move(directory))), simulation_(simulation), cells_(cell_corners(simulation.lattice())),
-      rest_(rest_positions(simulation.lattice(), simulation.scene().body.origin)), probes_(directory_ / "probes.csv") {
+    : directory_(made(std::move(directory))), simulation_(simulation), cells_(simulation.cell_nodes()),
+      cut_cells_(simulation.removed_cell_count()), probes_(directory_ / "probes.csv") {
     probes_.stream() << "time";
     for (const Probe& probe : simulation.scene().probes) {
         for (const char* quantity : {"force", "torque", "mean_displacement"}) {
@@ -80,14 +108,12 @@ std::string Results::state() const {
 }
 
 void Results::record() {
-    const std::vector<Vector3> u = simulation_.displacements(), v = simulation_.velocities();
+    std::vector<Vector3> u = simulation_.displacements(), v = simulation_.velocities();
     require_finite(u, "displacement");
     require_finite(v, "velocity");
-    std::vector<Vector3> points = rest_;
-    for (std::size_t n = 0; n < points.size(); ++n) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            points[n][a] += u[n][a];
-        }
+    if (cut_cells_ != simulation_.removed_cell_count()) {
+        cells_ = simulation_.cell_nodes();
+        cut_cells_ = simulation_.removed_cell_count();
     }
     std::vector<double> ratios;
     ratios.reserve(cells_.size());
@@ -96,7 +122,20 @@ void Results::record() {
     }
     const std::string name = frame_name(frames_.size());
     const std::vector<std::uint8_t> labels = cell_labels(simulation_.lattice(), simulation_.scene().body.labels);
-    write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels});
+    const std::span<const Vector3> rest = simulation_.rest_positions();
+    std::vector<Vector3> points(rest.begin(), rest.end());
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            points[n][a] += u[n][a];
+        }
+    }
+    if (cut_cells_ > 0) {
+        auto cells = cells_;
+        drop_bare_nodes(points, u, v, cells);
+        write_vtu(directory_ / name, {points, cells, u, v, ratios, labels});
+    } else {
+        write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels});
+    }
     frames_.emplace_back(simulation_.time(), name);
 
     char time[40];

@@ -37,8 +37,8 @@ private:
 
     std::filesystem::path directory_;
     const Simulation& simulation_;
-    std::vector<std::array<std::uint32_t, 8>> cells_;
-    std::vector<std::array<double, 3>> rest_;
+    std::vector<std::array<std::uint32_t, 8>> cells_; ///< those present at cut_cells_
+    std::size_t cut_cells_;
     std::vector<std::pair<double, std::string>> frames_;
     AtomicFile probes_;
     std::string rows_; ///< of probes.csv

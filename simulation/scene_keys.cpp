@@ -53,6 +53,7 @@ bool degrees(double v) {
 constexpr std::string_view kRegionAllowed =
     "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", {box = [[x, y, z], [x, y, z]]}, "
     "{sphere = {center = [x, y, z], radius = r}} or {node = index}";
+constexpr std::string_view kBoxAllowed = "[[x, y, z], [x, y, z]], low corner first, each number at most 1e9 in size";
 constexpr std::string_view kAxesAllowed = "a string of one to three different letters of \"xyz\"";
 
 constexpr TableRule kTables[] = {
@@ -71,9 +72,14 @@ constexpr TableRule kTables[] = {
     {"gravity", false, false, false, "A uniform acceleration."},
     {"damping", false, false, false, "What takes energy out."},
     {"load", false, true, false, "A dead force on a region's nodes, in proportion to the cells that they touch."},
+    {"cut", false, true, false,
+     "Cells that are removed while the body moves, with `symplectic-euler`: those inside a box or a sphere, or behind "
+     "a "
+     "plane; one of the three. Nodes keep their numbers, see \"Cuts\"."},
     {"solver", true, false, false, "How the motion or the equilibrium is computed, and when it ends."},
     {"output", false, false, false, "What `--out` holds, besides the summary and the last state."},
     {"probe", false, true, false, "A region whose support force, torque and displacement are reported."},
+    {"cut.behind", false, false, true, "The value of `behind`."},
     {"move.rotate", false, false, true, "The value of `rotate`."},
     {"where", false, false, true, "The value of `where`, unless it names a face of the bounding box. One of:"},
     {"where.sphere", false, false, true, "The value of `sphere`."},
@@ -160,6 +166,33 @@ constexpr KeyRule kKeys[] = {
      vector,
      force},
 
+    {{"cut", "box", "2 x 3 numbers", "m", kBoxAllowed, "none", "cells whose centre is inside it or on its surface"},
+     table,
+     bounded},
+    {{"cut", "sphere", "table", "", "{center = [x, y, z], radius = r}", "none",
+      "cells whose centre is inside it or on its surface"},
+     table},
+    {{"cut", "behind", "table", "", "{point = [x, y, z], normal = [x, y, z]}", "none",
+      "cells whose centre is on the plane or on the side that the normal points away from"},
+     table},
+    {{"cut", "at", "number", "s", "at least 0", "required", "when: at the first step from then on"},
+     number,
+     not_negative},
+    {{"cut", "until", "number", "s", "at least `at`", "none", "with `every`: the last time"}, number, not_negative},
+    {{"cut", "every", "number", "s", "above 0, for at most 1e9 times", "none",
+      "with `until`: it cuts again, and again, after so long"},
+     number,
+     positive},
+    {{"cut", "velocity", "3 numbers", "m/s", "three numbers, each at most 1e9 in size", "[0, 0, 0]",
+      "of the box, the sphere or the plane, which is as given at the time `at`"},
+     vector,
+     bounded},
+    {{"cut", "frame", "string", "", "\"present\" or \"rest\"", "\"present\"",
+      "where a cell's centre is taken: where it is then, or where it was at rest"},
+     choice,
+     nullptr,
+     "present rest"},
+
     {{"solver", "method", "string", "", "\"symplectic-euler\", \"backward-euler\" or \"static\"",
       "\"symplectic-euler\"",
       "semi-implicit Euler, explicit in time; backward Euler, stable at any step; or the equilibrium alone"},
@@ -198,6 +231,15 @@ constexpr KeyRule kKeys[] = {
      text},
     {{"probe", "where", "region", "", kRegionAllowed, "required", "the nodes read"}, region},
 
+    {{"cut.behind", "point", "3 numbers", "m", "three numbers, each at most 1e9 in size", "required",
+      "a point of the plane"},
+     vector,
+     bounded},
+    {{"cut.behind", "normal", "3 numbers", "", "three numbers, not all zero, each at most 1e9 in size", "required",
+      "its normal, of any length"},
+     vector,
+     bounded},
+
     {{"move.rotate", "axis", "string", "", "\"x\", \"y\" or \"z\"", "required", "direction of the axis"},
      choice,
      nullptr,
@@ -207,10 +249,7 @@ constexpr KeyRule kKeys[] = {
      number,
      degrees},
 
-    {{"where", "box", "2 x 3 numbers", "m", "[[x, y, z], [x, y, z]], low corner first, each number at most 1e9 in size",
-      "none", "nodes inside it or on its surface"},
-     table,
-     bounded},
+    {{"where", "box", "2 x 3 numbers", "m", kBoxAllowed, "none", "nodes inside it or on its surface"}, table, bounded},
     {{"where", "sphere", "table", "", "{center = [x, y, z], radius = r}", "none", "nodes inside it or on its surface"},
      table},
     {{"where", "node", "integer", "", "an integer, at least 0 and below the number of nodes", "none",

@@ -102,6 +102,44 @@ void read_load(Scene& scene, const SceneTable& table) {
     scene.loads.push_back({table.region("where"), table.vector("force")});
 }
 
+void read_cut(Scene& scene, const SceneTable& table) {
+    const int given = table.has("box") + table.has("sphere") + table.has("behind");
+    if (given != 1) {
+        throw scene_error(scene, table.path("at"), "its [[cut]] must have one of box, sphere and behind");
+    }
+    Cut cut;
+    if (table.has("box")) {
+        cut.tool = table.box("box");
+    } else if (table.has("sphere")) {
+        const SceneTable sphere = table.inner("sphere", "where.sphere");
+        cut.tool = SphereRegion{sphere.vector("center"), sphere.number("radius")};
+    } else {
+        const SceneTable plane = table.inner("behind", "cut.behind");
+        const HalfSpace half = {plane.vector("point"), plane.vector("normal")};
+        if (half.normal == std::array<double, 3>{0, 0, 0}) {
+            throw plane.not_allowed("normal");
+        }
+        cut.tool = half;
+    }
+    cut.at = cut.until = table.number("at");
+    if (table.has("until") != table.has("every")) {
+        throw scene_error(scene, table.path(table.has("until") ? "until" : "every"),
+                          "until and every must be given together, or neither");
+    }
+    if (table.has("until")) {
+        cut.until = table.number("until");
+        cut.every = table.number("every");
+        if (!(cut.until >= cut.at) || (cut.until - cut.at) / cut.every > 1e9) {
+            throw table.not_allowed(cut.until >= cut.at ? "every" : "until");
+        }
+    }
+    if (table.has("velocity")) {
+        cut.velocity = table.vector("velocity");
+    }
+    cut.at_rest = table.has("frame") && table.choice("frame") == "rest";
+    scene.cuts.push_back(cut);
+}
+
 void read_solver(Scene& scene, const SceneTable& table) {
     if (table.has("method")) {
         const std::string word = table.choice("method");
@@ -153,9 +191,9 @@ void read_probe(Scene& scene, const SceneTable& table) {
 
 void read_table(Scene& scene, std::string_view name, const SceneTable& table) {
     static const std::map<std::string_view, void (*)(Scene&, const SceneTable&)> readers = {
-        {"body", read_body},     {"material", read_material}, {"label", read_label},     {"fix", read_fix},
-        {"move", read_move},     {"gravity", read_gravity},   {"damping", read_damping}, {"load", read_load},
-        {"solver", read_solver}, {"output", read_output},     {"probe", read_probe},
+        {"body", read_body}, {"material", read_material}, {"label", read_label},     {"fix", read_fix},
+        {"move", read_move}, {"gravity", read_gravity},   {"damping", read_damping}, {"load", read_load},
+        {"cut", read_cut},   {"solver", read_solver},     {"output", read_output},   {"probe", read_probe},
     };
     readers.at(name)(scene, table);
 }

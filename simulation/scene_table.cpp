@@ -149,15 +149,15 @@ SceneTable SceneTable::inner(std::string_view key, std::string_view table) const
     return SceneTable(scene_, text_, *values, table, path(key));
 }
 
-BoxRegion SceneTable::box() const {
-    const toml::array* corners = values_.get("box")->as_array();
+BoxRegion SceneTable::box(std::string_view key) const {
+    const toml::array* corners = values_.get(key)->as_array();
     if (!corners || corners->size() != 2) {
-        throw not_allowed("box");
+        throw not_allowed(key);
     }
-    BoxRegion box{vector_of(corners->get(0), "box"), vector_of(corners->get(1), "box")};
+    BoxRegion box{vector_of(corners->get(0), key), vector_of(corners->get(1), key)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (box.low[axis] > box.high[axis]) {
-            throw not_allowed("box");
+            throw not_allowed(key);
         }
     }
     return box;
@@ -177,7 +177,7 @@ Region SceneTable::region(std::string_view key) const {
         throw not_allowed(key);
     }
     if (shape.has("box")) {
-        return shape.box();
+        return shape.box("box");
     }
     if (shape.has("sphere")) {
         const SceneTable sphere = shape.inner("sphere", "where.sphere");

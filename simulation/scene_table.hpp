@@ -29,6 +29,7 @@ public:
     std::string text(std::string_view key) const;
     AxisSet axes(std::string_view key) const;
     Region region(std::string_view key) const;
+    BoxRegion box(std::string_view key) const;
     /// The inner table `table` that is the value of `key`.
     SceneTable inner(std::string_view key, std::string_view table) const;
 
@@ -42,7 +43,6 @@ private:
     const KeyRule& rule(std::string_view key) const;
     double checked_number(const toml::node& node, std::string_view key) const;
     std::array<double, 3> vector_of(const toml::node* node, std::string_view key) const;
-    BoxRegion box() const;
 
     Scene& scene_;
     const TomlText& text_;

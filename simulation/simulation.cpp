@@ -61,7 +61,7 @@ std::vector<ProbeReading> Simulation::probes() const {
     return implementation_->read_probes();
 }
 VolumeChange Simulation::volume_change() const {
-    return measure_volume_change(displacements(), cell_corners(lattice()), lattice().cell_size());
+    return measure_volume_change(displacements(), cell_nodes(), lattice().cell_size());
 }
 Settlement Simulation::settlement() const {
     return implementation_->settlement(energies());

@@ -8,17 +8,6 @@
 namespace hybmss {
 namespace {
 
-/// Of what the scene says and of the body made from it: files that it names may have changed.
-std::uint64_t scene_digest(const Scene& scene, const Lattice& lattice, double time_step) {
-    Digest digest;
-    digest.add(scene.source.canonical);
-    digest.add(std::span<const int>(lattice.cells()));
-    digest.add(lattice.cell_scales());
-    const double numbers[] = {lattice.cell_size(), time_step, scene.solver.duration};
-    digest.add(std::span<const double>(numbers));
-    return digest.value();
-}
-
 void require_version(const CheckpointSections& sections) {
     if (const std::string& version = sections.text("version"); version != kVersion) {
         throw std::runtime_error("it was written by hybmss " + version + ", this is " + std::string(kVersion) +
@@ -28,6 +17,21 @@ void require_version(const CheckpointSections& sections) {
 
 } // namespace
 
+/// Of what the scene says and of the body made from it: files that it names may have changed.
+std::uint64_t Simulation::Implementation::scene_digest() const {
+    std::vector<float> scales(lattice.cell_scales().begin(), lattice.cell_scales().end());
+    for (const RemovedCell& cell : removed) {
+        scales[cell.cell] = cell.scale;
+    }
+    Digest digest;
+    digest.add(scene.source.canonical);
+    digest.add(std::span<const int>(lattice.cells()));
+    digest.add(std::span<const float>(scales));
+    const double numbers[] = {lattice.cell_size(), time_step, scene.solver.duration};
+    digest.add(std::span<const double>(numbers));
+    return digest.value();
+}
+
 void Simulation::write_checkpoint(const std::string& path, const std::string& attached) const {
     const Implementation& body = *implementation_;
     if (body.is_static()) {
@@ -35,7 +39,7 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     }
     CheckpointSections sections;
     sections.put("version", std::string(kVersion));
-    const std::uint64_t digest = scene_digest(body.scene, body.lattice, body.time_step);
+    const std::uint64_t digest = body.scene_digest();
     sections.put("scene", std::span(&digest, 1));
     const PlanDescription plan = describe();
     sections.put("precision", plan.precision);
@@ -45,6 +49,13 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     sections.put("run", std::vector<std::int64_t>{body.steps, body.outputs, body.written, body.work.newton_iterations,
                                                   body.work.cg_iterations});
     sections.put("preconditioner", body.work.preconditioner);
+    std::vector<std::uint32_t> removed;
+    for (const auto& cell : body.removed) {
+        removed.push_back(cell.cell);
+    }
+    sections.put("removed", removed);
+    sections.put("removed_energy", std::span(&body.removed_energy, 1));
+    sections.put("bites", body.schedule.done());
     std::visit([&](const auto& d) { sections.put("state", d.exact_state()); }, body.dynamics);
     if (const auto* single = std::get_if<ExplicitDynamics<float>>(&body.dynamics)) {
         sections.put("effects", single->effect_memory());
@@ -73,7 +84,7 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
 
         Simulation simulation(std::move(scene), same);
         Implementation& body = *simulation.implementation_;
-        if (sections.values<std::uint64_t>("scene", 1)[0] != scene_digest(body.scene, body.lattice, body.time_step)) {
+        if (sections.values<std::uint64_t>("scene", 1)[0] != body.scene_digest()) {
             throw std::runtime_error("it belongs to another scene, or to this one before it was changed");
         }
         const std::vector<std::int64_t> run = sections.values<std::int64_t>("run", 5);
@@ -83,6 +94,9 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         body.work.newton_iterations = run[3];
         body.work.cg_iterations = run[4];
         body.work.preconditioner = sections.text("preconditioner");
+        body.cut_again(sections.values<std::uint32_t>("removed"));
+        body.removed_energy = sections.values<double>("removed_energy", 1)[0];
+        body.schedule.set_done(sections.values<double>("bites"));
         body.prescribe();
         std::visit([&]<class Dynamics>(
                        Dynamics& d) { d.set_exact_state(sections.values<typename Dynamics::Scalar>("state")); },

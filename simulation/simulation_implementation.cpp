@@ -23,17 +23,6 @@ Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
     return scene_lattice(scene);
 }
 
-std::vector<ProbeNodes> make_probes(const Scene& scene, std::span<const Vector3> rest) {
-    std::vector<ProbeNodes> probes;
-    for (std::size_t p = 0; p < scene.probes.size(); ++p) {
-        ProbeNodes& probe = probes.emplace_back();
-        probe.name = scene.probes[p].name;
-        probe.nodes = nodes_of(scene, rest, scene.probes[p].where, "probe[" + std::to_string(p) + "].where");
-        probe.centroid = rest_centroid(rest, probe.nodes);
-    }
-    return probes;
-}
-
 double choose_time_step(const Scene& scene, double critical) {
     if (scene.solver.method == SolverMethod::static_equilibrium) {
         return 0;
@@ -55,15 +44,52 @@ double choose_time_step(const Scene& scene, double critical) {
     return step;
 }
 
+void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
+    if (scene.cuts.empty()) {
+        return;
+    }
+    if (scene.solver.method != SolverMethod::symplectic_euler) {
+        throw scene_error(scene, "cut[0].at",
+                          "cells are cut only while a body moves by symplectic-euler, not with method = \"" +
+                              std::string(name(scene.solver.method)) + "\"");
+    }
+    const bool can = std::visit(
+        [](const auto& d) {
+            if constexpr (requires { d.can_remove_cells(); }) {
+                return d.can_remove_cells();
+            } else {
+                return false;
+            }
+        },
+        dynamics);
+    if (!can) {
+        const std::string layout = std::visit([](const auto& d) { return d.describe().layout; }, dynamics);
+        throw scene_error(scene, "cut[0].at",
+                          "the layout " + layout + " cannot be cut; flat-rows, active-rows and gather-rows can");
+    }
+}
+
 } // namespace
+
+std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest) {
+    std::vector<ProbeNodes> probes;
+    for (std::size_t p = 0; p < scene.probes.size(); ++p) {
+        ProbeNodes& probe = probes.emplace_back();
+        probe.name = scene.probes[p].name;
+        probe.nodes = nodes_of(scene, rest, scene.probes[p].where, "probe[" + std::to_string(p) + "].where");
+        probe.centroid = rest_centroid(rest, probe.nodes);
+    }
+    return probes;
+}
 
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
     : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)),
-      rest(rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(make_probes(scene, rest)),
+      rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(probes_of(scene, rest)),
       loads(nodal_loads(scene, lattice, rest)),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
       critical_time_step(lattice_critical_time_step(lattice, scene.material)),
-      time_step(choose_time_step(scene, critical_time_step)) {
+      time_step(choose_time_step(scene, critical_time_step)), schedule(scene.cuts, time_step) {
+    check_cuts(scene, dynamics);
     apply_loads();
     prescribe();
 }
@@ -94,23 +120,29 @@ std::string Simulation::Implementation::step(long count) {
         on_explicit([&](auto& d) { d.step(parameters, n); });
         steps += n;
     };
-    // Plates are set after each step, so that every force is taken with all nodes at the same time.
-    for (; count > 0 && moving(); --count) {
-        advance(1);
-        prescribe();
-    }
-    if (count > 0) {
-        advance(count);
+    bite();
+    for (long end = steps + count; steps < end; bite()) {
+        const long next = std::min(end, schedule.next_step());
+        // Plates are set after each step, so that every force is taken with all nodes at the same time.
+        while (steps < next && moving()) {
+            advance(1);
+            prescribe();
+        }
+        if (steps < next) {
+            advance(next - steps);
+        }
     }
     return "";
 }
 
 void Simulation::Implementation::restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
-                                         long at_step) {
+                                         long at_step, const CutsDone& cuts) {
     // The same plan: another measurement might choose another one, whose last bits differ.
     SimulationOptions same = options;
     same.plan = std::visit([](const auto& d) { return d.describe().choice; }, dynamics);
+    uncut();
     dynamics = make_dynamics(lattice, scene.material, scene.solver.method, same);
+    cut_again(cuts);
     set_state(dynamics, displacements, velocities);
     steps = at_step;
     apply_loads();
@@ -151,12 +183,14 @@ Energies Simulation::Implementation::energies() const {
     if (scene.gravity.acceleration != Vector3{0, 0, 0} || !loads.empty()) {
         energies.external = external_energy(displacements_of(dynamics));
     }
+    energies.removed = removed_energy;
     return energies;
 }
 
 double Simulation::Implementation::body_volume() const {
     const double h = lattice.cell_size();
-    return static_cast<double>(lattice.cell_count()) * h * h * h;
+    // Of a body that was cut away to nothing, one cell's: it divides.
+    return static_cast<double>(std::max<std::size_t>(lattice.cell_count(), 1)) * h * h * h;
 }
 
 Settlement Simulation::Implementation::settlement(const Energies& energies) const {
@@ -171,7 +205,7 @@ Settlement Simulation::Implementation::settlement(const Energies& energies) cons
     Settlement s;
     s.kinetic_ratio = std::sqrt(energies.kinetic / potential);
     s.residual = relative_residual(nodal_forces(internal), supports.present(), 1e-9 * E * h * h);
-    s.settled = !moving() && s.residual <= tolerance && s.kinetic_ratio <= tolerance;
+    s.settled = !changing() && s.residual <= tolerance && s.kinetic_ratio <= tolerance;
     return s;
 }
 

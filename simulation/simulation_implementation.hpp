@@ -4,11 +4,13 @@
 /// What a Simulation holds: the scene made concrete for one body.
 
 #include "hybmss/simulation.hpp"
+#include "simulation/cutting.hpp"
 #include "simulation/dynamics_state.hpp"
 #include "simulation/equilibrium.hpp"
 #include "simulation/supports.hpp"
 
 #include <cstdio>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,10 +25,13 @@ std::string text(const char* format, Values... values) {
     return buffer;
 }
 
+/// The scene's probes. Throws SceneError where a region is empty.
+std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest);
+
 struct Simulation::Implementation {
     Scene scene;
     SimulationOptions options;
-    Lattice lattice;
+    Lattice lattice; ///< less what was cut away
     std::vector<Vector3> rest;
     Supports supports;
     std::vector<ProbeNodes> probes;
@@ -39,6 +44,20 @@ struct Simulation::Implementation {
     double solved_residual = 0; ///< static: of the last solve
     bool solved = false;
     SolverWork work;
+    CutSchedule schedule;
+    std::vector<BodyCell> cells; ///< of the whole body; from the first cut on
+    struct RemovedCell {
+        std::uint32_t cell;
+        float scale;
+    };
+    std::vector<RemovedCell> removed;
+    /// How far the cuts are.
+    struct CutsDone {
+        std::size_t removed = 0; ///< cells
+        double energy = 0;       ///< J
+        std::vector<double> bites;
+    };
+    double removed_energy = 0; ///< J
     // Of the run at hand, so that a checkpoint can continue it.
     long outputs = 0;       ///< made so far
     long written = -1;      ///< the step of the last one
@@ -70,6 +89,21 @@ struct Simulation::Implementation {
     }
     void prescribe();
     void apply_loads();
+
+    /// Whether something prescribed is still to come within the duration.
+    bool changing() const;
+    CutsDone cuts_done() const { return {removed.size(), removed_energy, schedule.done()}; }
+    /// Removes the cells that are there still. Returns how many that were.
+    std::size_t cut(std::span<const std::uint32_t> cells);
+    /// The bites that are due now.
+    void bite();
+    /// The lattice, loads and probes as they were before any cut; the dynamics are to be made anew then, and to be cut
+    /// again: as many of the cells as `done` says, or those that are listed.
+    void uncut();
+    void cut_again(const CutsDone& done);
+    void cut_again(std::span<const std::uint32_t> cells);
+    /// What all cells were before any cut, as a checkpoint compares it.
+    std::uint64_t scene_digest() const;
     /// Takes steps in time. Returns why an implicit one did not converge, with the state before it kept; or "".
     std::string step(long count);
     /// Goes to equilibrium under the whole loading.
@@ -77,7 +111,8 @@ struct Simulation::Implementation {
     std::string solve(const RunCallbacks& callbacks);
     /// Starts afresh from a known state: nothing of what the dynamics hold inside may outlive values that are not
     /// finite.
-    void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities, long at_step);
+    void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities, long at_step,
+                 const CutsDone& cuts);
 
     Energies energies() const;
     Settlement settlement(const Energies& energies) const;
@@ -91,6 +126,10 @@ private:
     std::string implicit_step();
     EquilibriumOptions equilibrium_options() const;
     void add_work(const EquilibriumResult& result);
+    void list_cells();
+    /// J of a cell with its shares of springs and masses, in the present motion.
+    double energy_of(const BodyCell& cell, std::span<const Vector3> displacements,
+                     std::span<const Vector3> velocities) const;
     NodalForces nodal_forces(std::span<const Vector3> internal) const;
     std::span<const double> masses() const;
     double external_energy(std::span<const Vector3> displacements) const;

@@ -63,8 +63,9 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
     struct Good {
         std::vector<Vector3> displacements, velocities;
         long steps;
+        Implementation::CutsDone cuts;
     };
-    const auto present = [&] { return Good{displacements(), velocities(), body.steps}; };
+    const auto present = [&] { return Good{displacements(), velocities(), body.steps, body.cuts_done()}; };
 
     std::string failure;
     Good good = present();
@@ -85,11 +86,11 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
         const Energies energies = body.energies();
         failure = body.blow_up(energies);
         if (!failure.empty()) {
-            body.restore(good.displacements, good.velocities, good.steps);
+            body.restore(good.displacements, good.velocities, good.steps, good.cuts);
             break;
         }
         good = present();
-        const bool test = solver.tolerance && !body.moving();
+        const bool test = solver.tolerance && !body.changing();
         const Settlement settlement = test || callbacks.progress ? body.settlement(energies) : Settlement{};
         if (callbacks.progress) {
             callbacks.progress({body.steps, total, body.time(), elapsed(), energies, settlement, {}});
@@ -133,6 +134,7 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     summary.time_step = time_step;
     summary.critical_time_step = critical_time_step;
     summary.work = work;
+    summary.removed_cells = removed.size();
     return summary;
 }
 

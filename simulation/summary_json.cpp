@@ -48,7 +48,8 @@ std::string summary_json(const Summary& summary) {
     json["energy"] = {{"springs", summary.energies.springs},
                       {"volume", summary.energies.volume},
                       {"kinetic", summary.energies.kinetic},
-                      {"external", summary.energies.external}};
+                      {"external", summary.energies.external},
+                      {"removed", summary.energies.removed}};
     json["probes"] = Json::object();
     for (const ProbeReading& probe : summary.probes) {
         json["probes"][probe.name] = {{"force", probe.force},
@@ -56,6 +57,7 @@ std::string summary_json(const Summary& summary) {
                                       {"mean_displacement", probe.mean_displacement},
                                       {"max_displacement", probe.max_displacement}};
     }
+    json["removed_cells"] = summary.removed_cells;
     json["steps"] = summary.steps;
     json["iterations"] = summary.work.newton_iterations;
     json["cg_iterations"] = summary.work.cg_iterations;

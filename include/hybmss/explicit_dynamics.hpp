@@ -67,6 +67,22 @@ public:
     /// exist or a force that is not finite. Steps of a body without loads cost nothing for it.
     void load(std::span<const NodalLoad> loads);
 
+    /// Removes cells from the moving body, in time proportional to their number (the first call for a body that is no
+    /// full box takes a pass over its grid too): stiffnesses and masses that they shared become what they are in a body
+    /// built without them. `lattice` is the one that this body was made from, less the cells removed since, and they
+    /// are removed from it as well; `cells` are indices as Lattice::cell_index() gives, those without a cell are passed
+    /// over. Returns how many were removed.
+    ///
+    /// Nodes keep their numbers. One that no cell touches any more has no mass and no force, is not loaded, and stays
+    /// where it is unless it is prescribed. critical_time_step() stays as it was, and stays a lower bound: it bounds
+    /// x'Kx / x'Mx cell by cell, and a cell takes its share of both away with it.
+    ///
+    /// Throws std::invalid_argument, and changes nothing, for an index outside the grid, a lattice of another grid or
+    /// with other nodes, and a body that cannot be cut: a network, or a lattice in a network's layout.
+    std::size_t remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells);
+    /// Whether this body is one that can.
+    bool can_remove_cells() const;
+
     /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, an acceleration
     /// that is not finite, or a negative damping. A step above the critical one is taken, as larger ones may do where
     /// the body is stretched: the motion may then grow without bound, in the end to numbers that are not finite, and

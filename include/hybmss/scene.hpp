@@ -103,6 +103,21 @@ struct Load {
     std::array<double, 3> force = {0, 0, 0}; ///< N, in all
 };
 
+/// The side of a plane that its normal points away from; m.
+struct HalfSpace {
+    std::array<double, 3> point = {0, 0, 0}, normal = {0, 0, 1}; ///< the normal in any length but zero
+};
+
+/// Cells that are removed while the body moves: those whose centre (the mean of its corners) is in the tool, its
+/// surface included. The tool bites at the times at, at + every, ... until, and moves meanwhile.
+struct Cut {
+    std::variant<BoxRegion, SphereRegion, HalfSpace> tool; ///< where it is at the time `at`
+    std::array<double, 3> velocity = {0, 0, 0};            ///< of the tool, m/s
+    double at = 0;                                         ///< s, at least 0
+    double until = 0, every = 0;                           ///< s; no further bites where `every` is 0
+    bool at_rest = false;                                  ///< the centre at rest counts, not the present one
+};
+
 /// A named region whose support force and displacement are reported.
 struct Probe {
     std::string name;
@@ -153,6 +168,7 @@ struct Scene {
     Gravity gravity;
     Damping damping;
     std::vector<Load> loads;
+    std::vector<Cut> cuts;
     std::vector<Probe> probes;
     Solver solver;
     Output output;

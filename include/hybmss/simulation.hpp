@@ -7,6 +7,7 @@
 #include "hybmss/scene.hpp"
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -34,6 +35,7 @@ struct SimulationOptions {
 struct Energies {
     double springs = 0, volume = 0, kinetic = 0;
     double external = 0; ///< potential of gravity, zero at rest: -sum m g.u
+    double removed = 0;  ///< all that left with the cells that were cut away, kinetic and external energy too
 };
 
 /// What a probe reads. Force and torque are those that the support or the moving plate exerts on the body.
@@ -95,6 +97,7 @@ struct Summary {
     double time = 0, time_step = 0, critical_time_step = 0; ///< s
     Settlement settlement;
     SolverWork work;
+    std::size_t removed_cells = 0; ///< by cuts, in all
     double wall_seconds = 0;
     PlanDescription plan;
 };
@@ -124,8 +127,14 @@ public:
                                 std::string* attached = nullptr);
 
     const Scene& scene() const;
+    /// Less the cells that were cut away; nodes are numbered as in the whole one.
     const Lattice& lattice() const;
+    /// All nodes, those too that no cell touches any more.
     std::size_t node_count() const;
+    /// m, one a node.
+    std::span<const std::array<double, 3>> rest_positions() const;
+    /// The cells that there are now, in grid order: their corner nodes, by the bits of the corner's number.
+    std::vector<std::array<std::uint32_t, 8>> cell_nodes() const;
     long steps() const;
     /// s; of a static scene the part of its loading that has been followed, 0 to 1.
     double time() const;
@@ -140,6 +149,14 @@ public:
     /// Takes `count` steps, whatever the duration says; a static scene goes to its equilibrium. Throws
     /// std::runtime_error where an implicit step or the solve does not converge.
     void step(long count = 1);
+
+    /// Removes cells at once, by their indices in the grid (Lattice::cell_index); those that are empty are passed over.
+    /// Loads and probes lose the nodes that no cell touches any more; see ExplicitDynamics::remove_cells. Returns how
+    /// many were removed. Throws std::invalid_argument for an index outside the grid, for another method than
+    /// symplectic-euler, and for a network's layout.
+    std::size_t remove_cells(std::span<const std::uint32_t> cells);
+    /// By cuts and calls so far.
+    std::size_t removed_cell_count() const;
 
     /// Runs to the duration, or until settled where the scene gives a tolerance; a static scene to equilibrium. Stops
     /// at a state that is not finite, with the last good state restored and Summary::failure set; likewise where an

@@ -1,0 +1,290 @@
+/// Cells removed from a moving body: what is left is the body that would have been built without them.
+
+#include "hybmss/explicit_dynamics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace hybmss {
+namespace {
+
+using Field = std::vector<double>; // x y z a node
+
+Material soft(double poisson_ratio, double face_diagonal_ratio) {
+    Material material;
+    material.young_modulus = 1e4;
+    material.poisson_ratio = poisson_ratio;
+    material.density = 1000;
+    material.face_diagonal_ratio = face_diagonal_ratio;
+    return material;
+}
+
+template <class T, class Get>
+Field read(std::size_t nodes, const Get& get) {
+    std::vector<T> values(3 * nodes);
+    get(VectorField<T>::aos(values.data(), nodes));
+    return {values.begin(), values.end()};
+}
+
+/// Cells of the lattice in random order.
+std::vector<std::uint32_t> shuffled_cells(const Lattice& lattice, std::mt19937& engine) {
+    std::vector<std::uint32_t> cells;
+    for (std::size_t c = 0; c < lattice.cell_scales().size(); ++c) {
+        if (lattice.cell_scales()[c] > 0) {
+            cells.push_back(static_cast<std::uint32_t>(c));
+        }
+    }
+    std::shuffle(cells.begin(), cells.end(), engine);
+    return cells;
+}
+
+/// Forces, energy, masses and counts of `dynamics` against a body built from the lattice as it is now. `grid_nodes`
+/// has the grid index of each of its nodes.
+template <class T>
+void expect_as_built_anew(const ExplicitDynamics<T>& dynamics, const Lattice& cut, const Material& material,
+                          const PlanOptions& options, const std::vector<std::uint32_t>& grid_nodes) {
+    const ForcePlan<T> anew(cut, material, options);
+    const std::vector<std::uint32_t> left = cut.nodes(); // grid indices
+    const Field u = read<T>(dynamics.node_count(), [&](const VectorField<T>& out) { dynamics.get_displacements(out); });
+    const Field force = read<T>(dynamics.node_count(), [&](const VectorField<T>& out) { dynamics.get_forces(out); });
+
+    std::vector<T> displacement(3 * left.size()), expected(3 * left.size(), T(0));
+    std::vector<std::size_t> number(left.size());
+    for (std::size_t n = 0; n < left.size(); ++n) {
+        number[n] = static_cast<std::size_t>(std::lower_bound(grid_nodes.begin(), grid_nodes.end(), left[n]) -
+                                             grid_nodes.begin());
+        for (std::size_t a = 0; a < 3; ++a) {
+            displacement[3 * n + a] = static_cast<T>(u[3 * number[n] + a]);
+        }
+    }
+    const VectorField<const T> at = VectorField<const T>::aos(displacement.data(), left.size());
+    anew.add_forces(at, VectorField<T>::aos(expected.data(), left.size()));
+    double largest = 0, worst = 0, sum = 0;
+    for (std::size_t n = 0; n < left.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double f = force[3 * number[n] + a], wanted = static_cast<double>(expected[3 * n + a]);
+            largest = std::max(largest, std::abs(wanted));
+            worst = std::max(worst, std::abs(f - wanted));
+            sum += std::abs(f);
+        }
+    }
+    // The arrays are the same; displacements in m, rounded on their way out and in, are not quite: at most a strain of
+    // epsilon, against strains of some percent, in some thirty springs a node.
+    const double epsilon = std::numeric_limits<T>::epsilon();
+    EXPECT_LE(worst, 1e3 * epsilon * largest);
+    const double all =
+        std::accumulate(force.begin(), force.end(), 0.0, [](double s, double f) { return s + std::abs(f); });
+    EXPECT_EQ(sum, all) << "a force on a node without cells";
+    const double energy = anew.energy(at).total();
+    EXPECT_NEAR(dynamics.potential_energy().total(), energy, 1e3 * epsilon * energy);
+
+    const ExplicitDynamics<T> built(cut, material, options);
+    std::size_t with_mass = 0;
+    for (std::size_t n = 0; n < left.size(); ++n) {
+        EXPECT_EQ(dynamics.masses()[number[n]], built.masses()[n]);
+    }
+    for (const double mass : dynamics.masses()) {
+        with_mass += mass > 0;
+    }
+    EXPECT_EQ(with_mass, left.size());
+    EXPECT_EQ(dynamics.describe().cells, cut.cell_count());
+    EXPECT_EQ(dynamics.describe().springs, built.describe().springs);
+    EXPECT_GE(anew.critical_time_step() * (1 + 1e-12), dynamics.critical_time_step());
+}
+
+template <class T>
+void set_random_motion(ExplicitDynamics<T>& dynamics, double displacement, double speed, std::mt19937& engine) {
+    std::vector<T> u(3 * dynamics.node_count()), v(u.size());
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        u[i] = static_cast<T>(std::uniform_real_distribution<>(-displacement, displacement)(engine));
+        v[i] = static_cast<T>(std::uniform_real_distribution<>(-speed, speed)(engine));
+    }
+    dynamics.set_displacements(VectorField<const T>::aos(u.data(), dynamics.node_count()));
+    dynamics.set_velocities(VectorField<const T>::aos(v.data(), dynamics.node_count()));
+}
+
+/// Removes `share` of the cells in so many bites, some steps between them.
+template <class T>
+void cut_while_moving(Lattice lattice, const Material& material, const PlanOptions& options, double share, int bites,
+                      unsigned seed) {
+    std::mt19937 engine(seed);
+    const std::vector<std::uint32_t> grid_nodes = lattice.nodes();
+    ExplicitDynamics<T> dynamics(lattice, material, options);
+    ASSERT_TRUE(dynamics.can_remove_cells());
+    set_random_motion(dynamics, 0.02 * lattice.cell_size(), 0.1, engine);
+    const StepParameters parameters{0.5 * dynamics.critical_time_step(), {0, 0, -10}, 0.1};
+    const std::vector<std::uint32_t> order = shuffled_cells(lattice, engine);
+    const auto all = static_cast<std::size_t>(share * static_cast<double>(order.size()));
+    const std::size_t cells = lattice.cell_count();
+    for (std::size_t bite = 0; bite < static_cast<std::size_t>(bites); ++bite) {
+        dynamics.step(parameters, 3);
+        const std::size_t begin = all * bite / static_cast<std::size_t>(bites),
+                          end = all * (bite + 1) / static_cast<std::size_t>(bites);
+        // Those of the bite before are gone by now, and are passed over.
+        const std::size_t from = begin - std::min<std::size_t>(begin, 2);
+        EXPECT_EQ(dynamics.remove_cells(lattice, std::span(order).subspan(from, end - from)), end - begin);
+        ASSERT_EQ(lattice.cell_count(), cells - end);
+        expect_as_built_anew(dynamics, lattice, material, options, grid_nodes);
+        if (testing::Test::HasFailure()) {
+            FAIL() << "bite " << bite;
+        }
+    }
+    dynamics.step(parameters, 20);
+    EXPECT_TRUE(std::isfinite(dynamics.kinetic_energy() + dynamics.potential_energy().total()));
+}
+
+struct Case {
+    InstructionSet instruction_set;
+    const char* layout;
+};
+
+class Cutting : public testing::TestWithParam<Case> {
+protected:
+    PlanOptions options() const {
+        PlanOptions options;
+        options.instruction_set = GetParam().instruction_set;
+        options.layout = GetParam().layout;
+        options.threads = 2;
+        return options;
+    }
+    unsigned seed_ = std::random_device{}();
+};
+
+TEST_P(Cutting, a_tenth_in_fifty_bites) {
+    SCOPED_TRACE("seed " + std::to_string(seed_));
+    const Lattice lattice = Lattice::box(16, 16, 16, 0.1);
+    cut_while_moving<double>(lattice, soft(0.45, 1), options(), 0.1, 50, seed_);
+    cut_while_moving<float>(lattice, soft(0.45, 1), options(), 0.1, 50, seed_);
+}
+
+TEST_P(Cutting, of_bodies_with_holes_and_other_shapes_down_to_nothing) {
+    SCOPED_TRACE("seed " + std::to_string(seed_));
+    std::mt19937 engine(seed_);
+    for (const auto& [nx, ny, nz] : {std::array{4, 3, 24}, std::array{37, 9, 2}, std::array{1, 1, 1}}) {
+        std::vector<float> scales;
+        for (int c = 0; c < nx * ny * nz; ++c) {
+            const auto draw = engine() % 4;
+            scales.push_back(draw == 0 && nx > 1 ? 0.0f : draw == 1 ? 2.5f : 1.0f);
+        }
+        const Lattice lattice = Lattice::from_cells(nx, ny, nz, 0.3, scales);
+        cut_while_moving<double>(lattice, soft(0.0, 1), options(), 1, 5, seed_);
+        cut_while_moving<float>(lattice, soft(0.3, 0), options(), 1, 5, seed_);
+    }
+}
+
+std::vector<Case> cases() {
+    std::vector<Case> all;
+    for (const InstructionSet set : available_instruction_sets()) {
+        for (const char* layout : {"flat-rows", "active-rows", "gather-rows"}) {
+            all.push_back({set, layout});
+        }
+    }
+    return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Layouts, Cutting, testing::ValuesIn(cases()), [](const auto& each) {
+    std::string text = std::string(name(each.param.instruction_set)) + "_" + each.param.layout;
+    std::replace(text.begin(), text.end(), '-', '_');
+    return text;
+});
+
+TEST(Cut, nodes_without_cells_rest_and_lose_their_loads) {
+    Lattice lattice = Lattice::box(3, 1, 1, 0.1);
+    ExplicitDynamics<double> dynamics(lattice, soft(0.3, 1));
+    std::mt19937 engine(1);
+    set_random_motion(dynamics, 0.001, 0.1, engine);
+    const NodalLoad loads[] = {{0, {1, 2, 3}}, {1, {0, 0, 4}}};
+    dynamics.load(loads);
+    const StepParameters parameters{0.5 * dynamics.critical_time_step(), {0, -10, 0}, 0};
+    const std::uint32_t first[] = {0};
+    dynamics.step(parameters, 5);
+    EXPECT_EQ(dynamics.remove_cells(lattice, first), 1u);
+    const Field before = read<double>(16, [&](const auto& out) { dynamics.get_displacements(out); });
+
+    // Node 0 has lost its only cell, node 1 one of two: the same force on half the mass.
+    ExplicitDynamics<double> anew(lattice, soft(0.3, 1));
+    Field u(3 * 12), v(3 * 12);
+    const Field speeds = read<double>(16, [&](const auto& out) { dynamics.get_velocities(out); });
+    const std::vector<std::uint32_t> left = lattice.nodes();
+    for (std::size_t n = 0; n < left.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            u[3 * n + a] = before[3 * left[n] + a];
+            v[3 * n + a] = speeds[3 * left[n] + a];
+        }
+    }
+    anew.set_displacements(VectorField<const double>::aos(u.data(), 12));
+    anew.set_velocities(VectorField<const double>::aos(v.data(), 12));
+    const NodalLoad half[] = {{0, {0, 0, 4}}};
+    anew.load(half);
+    dynamics.step(parameters, 10);
+    anew.step(parameters, 10);
+    const Field after = read<double>(16, [&](const auto& out) { dynamics.get_displacements(out); });
+    const Field expected = read<double>(12, [&](const auto& out) { anew.get_displacements(out); });
+    for (std::size_t a = 0; a < 3; ++a) {
+        EXPECT_EQ(after[a], before[a]);
+        for (std::size_t n = 0; n < left.size(); ++n) {
+            EXPECT_NEAR(after[3 * left[n] + a], expected[3 * n + a], 1e-13);
+        }
+    }
+    EXPECT_NEAR(dynamics.kinetic_energy(), anew.kinetic_energy(), 1e-12 * anew.kinetic_energy());
+}
+
+TEST(Cut, is_the_same_on_any_number_of_threads) {
+    const auto end = [](int threads) {
+        Lattice lattice = Lattice::box(20, 20, 20, 0.1);
+        PlanOptions options;
+        options.threads = threads;
+        ExplicitDynamics<float> dynamics(lattice, soft(0.3, 1), options);
+        std::mt19937 engine(1);
+        set_random_motion(dynamics, 0.001, 0.1, engine);
+        const std::vector<std::uint32_t> order = shuffled_cells(lattice, engine);
+        dynamics.step({0.5 * dynamics.critical_time_step()}, 5);
+        dynamics.remove_cells(lattice, std::span(order).first(500));
+        dynamics.step({0.5 * dynamics.critical_time_step()}, 5);
+        return dynamics.exact_state();
+    };
+    EXPECT_EQ(end(1), end(2));
+}
+
+TEST(Cut, refuses_what_it_cannot_do) {
+    const auto message = [](auto&& dynamics, Lattice lattice, std::uint32_t cell) -> std::string {
+        const Lattice before = lattice;
+        try {
+            const std::uint32_t cells[] = {0, cell};
+            dynamics.remove_cells(lattice, cells);
+        } catch (const std::invalid_argument& error) {
+            EXPECT_TRUE(std::ranges::equal(before.cell_scales(), lattice.cell_scales()));
+            return error.what();
+        }
+        return "";
+    };
+    const Lattice lattice = Lattice::box(3, 4, 5, 0.1);
+    const Material material = soft(0.3, 1);
+    EXPECT_EQ(message(ExplicitDynamics<double>(lattice, material), lattice, 60), "cell 60: the lattice has 60");
+    for (const std::string& layout : network_layouts()) {
+        PlanOptions options;
+        options.layout = layout;
+        ExplicitDynamics<double> dynamics(lattice, material, options);
+        EXPECT_FALSE(dynamics.can_remove_cells());
+        EXPECT_EQ(message(std::move(dynamics), lattice, 1),
+                  "layout \"" + layout + "\" cannot be cut while it moves: flat-rows, active-rows and gather-rows can");
+    }
+    std::vector<float> scales(60, 1.0f);
+    scales[0] = scales[1] = 0;
+    const Lattice holed = Lattice::from_cells(3, 4, 5, 0.1, scales);
+    EXPECT_NE(message(ExplicitDynamics<double>(holed, material), lattice, 1).find("nodes, the body made from it"),
+              std::string::npos);
+    ExplicitDynamics<double> dynamics(lattice, material);
+    EXPECT_EQ(message(dynamics, lattice, 1), "");
+    EXPECT_NE(message(dynamics, Lattice::box(5, 4, 3, 0.1), 1).find("another grid"), std::string::npos);
+}
+
+} // namespace
+} // namespace hybmss
