@@ -2,6 +2,7 @@
 #include "app/json_file.hpp"
 #include "bench/batch_benchmark.hpp"
 #include "bench/cutting_benchmark.hpp"
+#include "bench/digit_benchmark.hpp"
 #include "bench/hessian_benchmark.hpp"
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
@@ -23,7 +24,7 @@ struct BenchArguments {
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
-    bool solvers = false, cutting = false;
+    bool solvers = false, cutting = false, digits = false;
 };
 
 /// What is measured, and the words above its table.
@@ -70,6 +71,9 @@ Selection select(const BenchArguments& arguments) {
         choices.layouts = layouts(arguments, {"flat-rows", "active-rows"});
         return {bench::cutting_benchmark(choices), bench::kCuttingIntroduction};
     }
+    if (arguments.digits) {
+        return {bench::digit_benchmark(choices.instruction_sets, arguments.seconds), bench::kDigitIntroduction};
+    }
     if (arguments.solvers) {
         return {bench::solver_benchmark(arguments.large, arguments.threads.front()), bench::kSolverIntroduction};
     }
@@ -112,13 +116,19 @@ void add_bench_command(CLI::App& app) {
                                       "instead: second derivatives times a vector, against the step");
     auto* cutting = command->add_flag("--cutting", arguments->cutting, "instead: cells removed from moving bodies");
     cutting->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch)->excludes(hessian);
+    auto* digits = command->add_flag("--digits", arguments->digits,
+                                     "instead: springs by displacements and positions, by estimated and exact roots: "
+                                     "error and time");
+    digits->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch)->excludes(hessian)->excludes(
+        cutting);
     command->add_flag("--solvers", arguments->solvers, "instead: preconditioners, and static solves beside CalculiX")
         ->excludes(limits)
         ->excludes(scaling)
         ->excludes(memory)
         ->excludes(batch)
         ->excludes(hessian)
-        ->excludes(cutting);
+        ->excludes(cutting)
+        ->excludes(digits);
     command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too; with --solvers: 64^3");
     limits->excludes(scaling)->excludes(memory)->excludes(batch);
     scaling->excludes(memory)->excludes(batch);
