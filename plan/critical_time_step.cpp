@@ -92,4 +92,13 @@ double network_critical_time_step(const Network& network) {
     return step_for(largest);
 }
 
+double contact_time_step(double body_time_step, std::span<const Obstacle> obstacles) {
+    const double automatic = 1 / (body_time_step * body_time_step);
+    double omega2 = 4 * automatic;
+    for (const Obstacle& obstacle : obstacles) {
+        omega2 += obstacle.stiffness > 0 ? obstacle.stiffness : automatic;
+    }
+    return omega2 > 0 ? 2 / std::sqrt(omega2) : std::numeric_limits<double>::infinity();
+}
+
 } // namespace hybmss

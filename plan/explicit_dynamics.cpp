@@ -1,6 +1,8 @@
 #include "hybmss/explicit_dynamics.hpp"
 
 #include "layouts/node_numbers.hpp"
+#include "plan/contact.hpp"
+#include "plan/critical_time_step.hpp"
 #include "plan/planned_body.hpp"
 #include "plan/step_effect.hpp"
 
@@ -31,12 +33,22 @@ void check_finite(const VectorField<const T>& in, const char* what) {
     }
 }
 
+double longest_spring(const Network& network) {
+    double longest = 0;
+    for (const Network::Spring& spring : network.springs) {
+        const auto& r = spring.rest_vector;
+        longest = std::max(longest, std::hypot(r[0], r[1], r[2]));
+    }
+    return longest;
+}
+
 } // namespace
 
 template <class T>
 struct ExplicitDynamics<T>::Implementation {
-    explicit Implementation(PlannedBody<T> made)
-        : planned(std::move(made)), body(planned.body.get()), state(body->make_state(true)) {}
+    Implementation(PlannedBody<T> made, double longest_edge)
+        : planned(std::move(made)), body(planned.body.get()), state(body->make_state(true)),
+          wave_speed(longest_edge / body->critical_time_step()) {}
 
     /// The padding too: a motion that ended in NaN has reached it, and the next one must start clean.
     void set(VectorField<const T> in, NodeField<T>& field, double factor) {
@@ -75,7 +87,9 @@ struct ExplicitDynamics<T>::Implementation {
     PlannedBody<T> planned;
     const Body<T>* body;
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
+    double wave_speed;      ///< m/s, at most: no wave passes an edge in less than the critical time step
     std::vector<std::unique_ptr<StepEffect<T>>> effects;
+    Contact<T>* contact = nullptr; ///< one of the effects; nullptr without obstacles
     std::vector<PrescribedComponent<T>> prescribed;
     std::vector<LoadedComponent<T>> loaded;
     std::vector<NodalLoad> loads;        ///< that `loaded` comes from
@@ -85,10 +99,12 @@ struct ExplicitDynamics<T>::Implementation {
 
 template <class T>
 ExplicitDynamics<T>::ExplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::step))) {}
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::step),
+                                                       lattice.cell_size())) {}
 template <class T>
 ExplicitDynamics<T>::ExplicitDynamics(const Network& network, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::step))) {}
+    : implementation_(
+          std::make_unique<Implementation>(plan_body<T>(network, options, Operation::step), longest_spring(network))) {}
 template <class T>
 ExplicitDynamics<T>::ExplicitDynamics(ExplicitDynamics&&) noexcept = default;
 template <class T>
@@ -202,6 +218,35 @@ std::size_t ExplicitDynamics<T>::remove_cells(Lattice& lattice, std::span<const 
         load(std::vector<NodalLoad>(i.loads));
     }
     return removed;
+}
+
+template <class T>
+void ExplicitDynamics<T>::set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
+    Implementation& all = *implementation_;
+    auto made =
+        obstacles.empty() ? nullptr : std::make_unique<Contact<T>>(*all.body, all.wave_speed, surface, obstacles);
+    std::erase_if(all.effects, [&](const auto& effect) { return effect.get() == all.contact; });
+    all.contact = made.get();
+    if (made) {
+        all.effects.push_back(std::move(made));
+    }
+}
+
+template <class T>
+void ExplicitDynamics<T>::move_obstacles(std::span<const RigidPose> poses) {
+    if (!implementation_->contact) {
+        if (!poses.empty()) {
+            throw std::invalid_argument(std::to_string(poses.size()) + " poses given: the body has no obstacles");
+        }
+        return;
+    }
+    implementation_->contact->move(poses);
+}
+
+template <class T>
+std::vector<ObstacleReading> ExplicitDynamics<T>::obstacle_readings() const {
+    const Implementation& all = *implementation_;
+    return all.contact ? all.contact->readings(*all.body, all.state) : std::vector<ObstacleReading>();
 }
 
 template <class T>
@@ -319,7 +364,9 @@ double ExplicitDynamics<T>::kinetic_energy() const {
 }
 template <class T>
 double ExplicitDynamics<T>::critical_time_step() const {
-    return implementation_->body->critical_time_step();
+    const Implementation& all = *implementation_;
+    const double own = all.body->critical_time_step();
+    return all.contact ? contact_time_step(own, all.contact->obstacles()) : own;
 }
 template <class T>
 PlanDescription ExplicitDynamics<T>::describe() const {

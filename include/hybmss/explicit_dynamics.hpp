@@ -3,6 +3,7 @@
 /// \file
 /// A body that moves by explicit steps: owns its state in the layout that the kernels like best.
 
+#include "hybmss/contact.hpp"
 #include "hybmss/force_plan.hpp"
 
 #include <array>
@@ -82,6 +83,19 @@ public:
     std::size_t remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells);
     /// Whether this body is one that can.
     bool can_remove_cells() const;
+    /// Replaces the obstacles, and the nodes that may touch them; none at all for no obstacles. What friction held is
+    /// let go. The step's limit becomes shorter: see critical_time_step(). Throws std::invalid_argument for nodes that
+    /// are not there or named twice, and for values that the structs do not allow. Nodes alone touch: an obstacle
+    /// smaller than a cell slips between them.
+    ///
+    ///     dynamics.set_obstacles(surface_nodes(lattice), std::array{Obstacle{.shape = PlaneShape{}, .friction =
+    ///     0.5}});
+    void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles);
+    /// Sets where the obstacles are now, one pose each; in the steps that follow each goes on by its velocities. Throws
+    /// std::invalid_argument for another count and for poses that are not finite.
+    void move_obstacles(std::span<const RigidPose> poses);
+    /// One an obstacle, at the present state.
+    std::vector<ObstacleReading> obstacle_readings() const;
 
     /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, an acceleration
     /// that is not finite, or a negative damping. A step above the critical one is taken, as larger ones may do where
@@ -117,6 +131,7 @@ public:
 
     PotentialEnergy potential_energy() const;
     double kinetic_energy() const;
+    /// As ForcePlan's, with the stiffness of the obstacles added: 2 / sqrt(4/dt^2 + sum of Obstacle::stiffness).
     double critical_time_step() const;
     PlanDescription describe() const;
 

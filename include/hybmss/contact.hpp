@@ -1,0 +1,69 @@
+#pragma once
+
+/// \file
+/// Rigid obstacles that a body touches: planes, spheres and boxes, with Coulomb friction.
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/network.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
+
+namespace hybmss {
+
+/// A node that may touch an obstacle: one that is not inside the body.
+struct SurfaceNode {
+    std::uint32_t node = 0;
+    std::array<double, 3> rest_position = {0, 0, 0}; ///< m
+};
+
+/// The nodes with fewer than eight cells around them, ascending. `origin`: the low corner of the grid, m. O(cells).
+std::vector<SurfaceNode> surface_nodes(const Lattice& lattice, const std::array<double, 3>& origin = {0, 0, 0});
+/// The nodes that belong to fewer than eight cells, ascending; of a network without cells, all.
+std::vector<SurfaceNode> surface_nodes(const Network& network);
+
+/// The half-space behind a plane through the obstacle's position.
+struct PlaneShape {
+    std::array<double, 3> normal = {0, 1, 0}; ///< points to where the body is; of any length above 0
+};
+struct SphereShape {
+    double radius = 1; ///< m, > 0
+};
+/// A cuboid about the obstacle's position, its edges along the axes where it is not turned.
+struct BoxShape {
+    std::array<double, 3> size = {1, 1, 1}; ///< edge lengths, m, > 0
+};
+using ObstacleShape = std::variant<PlaneShape, SphereShape, BoxShape>;
+
+/// Where a rigid obstacle is and how it moves on.
+struct RigidPose {
+    std::array<double, 3> position = {0, 0, 0};                   ///< m
+    std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}; ///< row by row: from the obstacle's axes to space
+    std::array<double, 3> velocity = {0, 0, 0};                   ///< m/s
+    std::array<double, 3> angular_velocity = {0, 0, 0};           ///< rad/s, in space
+};
+
+/// A rigid obstacle. A node of mass m at the depth p below its surface is pushed out by the force m stiffness p; along
+/// the surface it sticks by a spring of the same stiffness, up to the force friction times that, and slips beyond.
+struct Obstacle {
+    ObstacleShape shape = {};
+    RigidPose pose = {};
+    double friction = 0; ///< Coulomb's coefficient, >= 0
+    /// 1/s^2: per kg of a node. 0: 1/dt^2 with the body's own critical time step dt, as stiff as the cells behind it.
+    double stiffness = 0;
+};
+
+/// What an obstacle and a body do to each other at one moment.
+struct ObstacleReading {
+    std::array<double, 3> force = {0, 0, 0};  ///< N, that the obstacle exerts on the body
+    std::array<double, 3> torque = {0, 0, 0}; ///< N m, likewise, about the obstacle's position
+    std::size_t nodes = 0;                    ///< that touch it
+    double depth = 0;                         ///< m: of the deepest node
+    double greatest_depth = 0;                ///< m: of the deepest node since the obstacle was set
+};
+
+} // namespace hybmss
