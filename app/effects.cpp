@@ -55,6 +55,14 @@ EffectList effects_of(const Simulation& simulation) {
     add(!is_static, "inertia", std::string(name(scene.solver.method)), "static: nothing moves");
     add(!scene.loads.empty(), "loads", fmt::format("{} [[load]]", scene.loads.size()), "no [[load]]");
     add(!scene.cuts.empty(), "cutting", fmt::format("{} [[cut]]", scene.cuts.size()), "no [[cut]]");
+    std::size_t rough = 0;
+    for (const SceneObstacle& obstacle : scene.obstacles) {
+        rough += obstacle.friction > 0;
+    }
+    add(!scene.obstacles.empty(), "contact",
+        fmt::format("{} surface nodes with {} [[obstacle]], {} with friction",
+                    surface_nodes(simulation.lattice()).size(), scene.obstacles.size(), rough),
+        "no [[obstacle]]");
     add(!scene.fixes.empty(), "fixed nodes",
         fmt::format("{} nodes, by {} [[fix]]", simulation.fixed_node_count(), scene.fixes.size()), "no [[fix]]");
     double over = 0;

@@ -141,6 +141,9 @@ void run_scene(const RunArguments& arguments) {
             "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); a slower motion may help\n",
             arguments.scene, summary.volume.min_cell_volume_ratio);
     }
+    for (const std::string& warning : summary.warnings) {
+        fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, warning);
+    }
     if (!summary.failure.empty()) {
         fmt::print(stderr, "hybmss: error: {}: {}\n", arguments.scene, summary.failure);
         throw CLI::RuntimeError(1);

@@ -43,6 +43,27 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
     if (s.removed_cells > 0) {
         row("cut away", fmt::format("{} cells, with {:.6g} J", s.removed_cells, s.energies.removed));
     }
+    for (const EffectEnergy& effect : s.energies.effects) {
+        row((effect.name + " (J)").c_str(),
+            fmt::format("stored {:.6g}, dissipated {:.6g}", effect.stored, effect.dissipated));
+    }
+    if (s.balance) {
+        const EnergyBalance& b = *s.balance;
+        row("work (J)", fmt::format("supports {:.6g}, loads {:.6g}, gravity {:.6g}, obstacles {:.6g}", b.supports,
+                                    b.loads, b.gravity, b.obstacles));
+        row("  became",
+            fmt::format("kinetic {:.6g}, elastic {:.6g}, in effects {:.6g}", b.kinetic, b.elastic, b.effects));
+        row("  and was lost to",
+            fmt::format("mass damping {:.6g}, effects {:.6g}", b.mass_damping, b.effects_dissipated));
+        row("  up to", fmt::format("{:.3g} J, {:.2g} of the largest part", b.imbalance(), b.relative_imbalance()));
+    }
+    for (const auto& [name, reading] : s.obstacles) {
+        row(("obstacle " + name).c_str(), fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z"));
+        row("  force (N)", vector_text(reading.force));
+        row("  torque (N m)", vector_text(reading.torque));
+        row("  depth (m)",
+            fmt::format("{:.3g} of {} nodes, {:.3g} on the way", reading.depth, reading.nodes, reading.greatest_depth));
+    }
     for (const ProbeReading& probe : s.probes) {
         row(("probe " + probe.name).c_str(), fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z"));
         row("  force (N)", vector_text(probe.force));

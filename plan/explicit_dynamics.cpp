@@ -69,6 +69,10 @@ struct ExplicitDynamics<T>::Implementation {
             throw std::invalid_argument("layout \"" + body->describe().layout +
                                         "\" cannot be cut while it moves: flat-rows, active-rows and gather-rows can");
         }
+        if (contact) {
+            throw std::invalid_argument("a body that has obstacles cannot be cut: the nodes that may touch them are "
+                                        "given with them; take the obstacles away first, and set them anew");
+        }
         for (const std::uint32_t cell : cells) {
             if (cell >= lattice.cell_scales().size()) {
                 throw std::invalid_argument("cell " + std::to_string(cell) + ": the lattice has " +

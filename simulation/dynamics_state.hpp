@@ -21,10 +21,13 @@ using AnyDynamics =
 AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
                           const SimulationOptions& options);
 
-/// One vector a node: displacements (m), velocities (m/s), internal forces (N).
+/// One vector a node: displacements (m), velocities (m/s), forces (N) of the body itself and of effects.
 std::vector<Vector3> displacements_of(const AnyDynamics& dynamics);
 std::vector<Vector3> velocities_of(const AnyDynamics& dynamics);
 std::vector<Vector3> forces_of(const AnyDynamics& dynamics);
+
+std::vector<EffectEnergy> effect_energies_of(const AnyDynamics& dynamics);
+std::vector<double> effect_memory_of(const AnyDynamics& dynamics);
 
 void set_state(AnyDynamics& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities);
 

@@ -40,6 +40,12 @@ bool face_diagonal_ratio(double v) {
 bool force(double v) {
     return std::abs(v) <= 1e18;
 }
+bool positive_bounded(double v) {
+    return v > 0 && v <= 1e9;
+}
+bool stiffness(double v) {
+    return v > 0 && v <= 1e30;
+}
 bool load_steps(double v) {
     return v >= 1 && v <= 1e6;
 }
@@ -76,6 +82,10 @@ constexpr TableRule kTables[] = {
      "Cells that are removed while the body moves, with `symplectic-euler`: those inside a box or a sphere, or behind "
      "a "
      "plane; one of the three. Nodes keep their numbers, see \"Cuts\"."},
+    {"obstacle", false, true, false,
+     "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere` "
+     "and "
+     "`box`. Solved by symplectic-euler only."},
     {"solver", true, false, false, "How the motion or the equilibrium is computed, and when it ends."},
     {"output", false, false, false, "What `--out` holds, besides the summary and the last state."},
     {"probe", false, true, false, "A region whose support force, torque and displacement are reported."},
@@ -83,6 +93,8 @@ constexpr TableRule kTables[] = {
     {"move.rotate", false, false, true, "The value of `rotate`."},
     {"where", false, false, true, "The value of `where`, unless it names a face of the bounding box. One of:"},
     {"where.sphere", false, false, true, "The value of `sphere`."},
+    {"obstacle.plane", false, false, true, "The value of `plane`: the half-space behind it is solid."},
+    {"obstacle.sphere", false, false, true, "The value of an obstacle's `sphere`."},
 };
 
 using enum KeyKind;
@@ -192,6 +204,44 @@ constexpr KeyRule kKeys[] = {
      choice,
      nullptr,
      "present rest"},
+    {{"obstacle", "name", "string", "", "letters, digits, _ and -; different for each obstacle",
+      "\"obstacle_0\" and so on", "its name in the results"},
+     text},
+    {{"obstacle", "plane", "table", "", "{point = [x, y, z], normal = [x, y, z]}", "none",
+      "the half-space behind a plane"},
+     table},
+    {{"obstacle", "sphere", "table", "", "{center = [x, y, z], radius = r}, r at least the cell size", "none",
+      "a ball"},
+     table},
+    {{"obstacle", "box", "2 x 3 numbers", "m",
+      "[[x, y, z], [x, y, z]], low corner first, each number at most 1e9 in size, each edge at least the cell size",
+      "none", "a cuboid"},
+     table,
+     bounded},
+    {{"obstacle", "friction", "number", "", "at least 0 and at most 1e9", "0",
+      "Coulomb's coefficient, sticking and sliding"},
+     number,
+     [](double v) { return v >= 0 && v <= 1e9; }},
+    {{"obstacle", "stiffness", "number", "Pa/m", "above 0 and at most 1e30",
+      "density cell_size / (2 dt^2), dt the body's own stable step",
+      "pressure by depth on a flat surface; a stiffer "
+      "one makes the stable time step shorter"},
+     number,
+     stiffness},
+    {{"obstacle", "translate", "3 numbers", "m", "three numbers, each at most 1e9 in size", "none",
+      "how far it is led, as in [[move]]"},
+     vector,
+     bounded},
+    {{"obstacle", "rotate", "table", "", "{axis = \"x\", \"y\" or \"z\", degrees = angle}", "none",
+      "how far it is turned about its point or middle, as in [[move]]"},
+     table},
+    {{"obstacle", "over", "number", "s", "at least 0", "1", "time of translate and rotate; 0: at once"},
+     number,
+     not_negative},
+    {{"obstacle", "velocity", "3 numbers", "m/s", "three numbers, each at most 1e9 in size", "[0, 0, 0]",
+      "a constant velocity, besides"},
+     vector,
+     bounded},
 
     {{"solver", "method", "string", "", "\"symplectic-euler\", \"backward-euler\" or \"static\"",
       "\"symplectic-euler\"",
@@ -225,6 +275,10 @@ constexpr KeyRule kKeys[] = {
     {{"output", "every", "number", "s", "above 0", "first and last state only", "time between results"},
      number,
      positive},
+
+    {{"output", "energy_balance", "boolean", "", "true or false", "false",
+      "meter works and losses in every step, which makes it several times slower; symplectic-euler only"},
+     boolean},
 
     {{"probe", "name", "string", "", "letters, digits, _ and -; different for each probe", "required",
       "its name in the results"},
@@ -263,6 +317,23 @@ constexpr KeyRule kKeys[] = {
     {{"where.sphere", "radius", "number", "m", "at least 0 and at most 1e9", "required", "its radius"},
      number,
      [](double v) { return v >= 0 && v <= 1e9; }},
+
+    {{"obstacle.plane", "point", "3 numbers", "m", "three numbers, each at most 1e9 in size", "required",
+      "a point of it"},
+     vector,
+     bounded},
+    {{"obstacle.plane", "normal", "3 numbers", "", "three numbers, not all 0, each at most 1e9 in size", "required",
+      "points to the side of the body; of any length"},
+     vector,
+     bounded},
+
+    {{"obstacle.sphere", "center", "3 numbers", "m", "three numbers, each at most 1e9 in size", "required",
+      "its middle"},
+     vector,
+     bounded},
+    {{"obstacle.sphere", "radius", "number", "m", "above 0 and at most 1e9", "required", "its radius"},
+     number,
+     positive_bounded},
 };
 
 } // namespace

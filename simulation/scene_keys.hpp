@@ -11,7 +11,7 @@
 
 namespace hybmss {
 
-enum class KeyKind { number, vector, counts, integer, text, choice, region, table, axes };
+enum class KeyKind { number, vector, counts, integer, text, choice, region, table, axes, boolean };
 
 /// A key with what the parser checks: `valid` holds for every number in the value (it sees finite numbers only);
 /// `choices` are the words of a choice, parted by blanks.

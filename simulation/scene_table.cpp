@@ -141,6 +141,14 @@ AxisSet SceneTable::axes(std::string_view key) const {
     return set;
 }
 
+bool SceneTable::boolean(std::string_view key) const {
+    const auto value = values_.get(key)->value_exact<bool>();
+    if (!value) {
+        throw not_allowed(key);
+    }
+    return *value;
+}
+
 SceneTable SceneTable::inner(std::string_view key, std::string_view table) const {
     const toml::table* values = values_.get(key)->as_table();
     if (!values) {

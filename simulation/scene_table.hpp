@@ -30,6 +30,7 @@ public:
     AxisSet axes(std::string_view key) const;
     Region region(std::string_view key) const;
     BoxRegion box(std::string_view key) const;
+    bool boolean(std::string_view key) const;
     /// The inner table `table` that is the value of `key`.
     SceneTable inner(std::string_view key, std::string_view table) const;
 

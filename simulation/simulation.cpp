@@ -60,6 +60,13 @@ Energies Simulation::energies() const {
 std::vector<ProbeReading> Simulation::probes() const {
     return implementation_->read_probes();
 }
+std::vector<NamedObstacleReading> Simulation::obstacles() const {
+    return implementation_->read_obstacles();
+}
+std::optional<EnergyBalance> Simulation::energy_balance() const {
+    const auto& meter = implementation_->meter;
+    return meter ? std::optional(meter->balance()) : std::nullopt;
+}
 VolumeChange Simulation::volume_change() const {
     return measure_volume_change(displacements(), cell_nodes(), lattice().cell_size());
 }

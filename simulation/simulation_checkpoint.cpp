@@ -62,6 +62,7 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     } else if (const auto* twice = std::get_if<ExplicitDynamics<double>>(&body.dynamics)) {
         sections.put("effects", twice->effect_memory());
     }
+    sections.put("meter", body.meter ? body.meter->memory() : std::vector<double>());
     sections.put("attached", attached);
     write_checkpoint_file(path, sections);
 }
@@ -102,6 +103,9 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
                        Dynamics& d) { d.set_exact_state(sections.values<typename Dynamics::Scalar>("state")); },
                    body.dynamics);
         body.on_explicit([&](auto& d) { d.set_effect_memory(sections.values<double>("effects")); });
+        if (body.meter) {
+            body.meter->set_memory(sections.values<double>("meter"), body.metered_state());
+        }
         body.continued = true;
         if (attached) {
             *attached = sections.text("attached");

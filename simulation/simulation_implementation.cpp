@@ -53,6 +53,13 @@ void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
                           "cells are cut only while a body moves by symplectic-euler, not with method = \"" +
                               std::string(name(scene.solver.method)) + "\"");
     }
+    if (!scene.obstacles.empty()) {
+        throw scene_error(scene, "cut[0].at", "a scene with an [[obstacle]] cannot be cut: its surface is found once");
+    }
+    if (scene.output.energy_balance) {
+        throw scene_error(scene, "output.energy_balance",
+                          "a scene with it cannot be cut: the energy of what is removed is not in the balance");
+    }
     const bool can = std::visit(
         [](const auto& d) {
             if constexpr (requires { d.can_remove_cells(); }) {
@@ -85,18 +92,75 @@ std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> r
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
     : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)),
       rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(probes_of(scene, rest)),
-      loads(nodal_loads(scene, lattice, rest)),
-      dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
-      critical_time_step(lattice_critical_time_step(lattice, scene.material)),
+      loads(nodal_loads(scene, lattice, rest)), body_time_step(lattice_critical_time_step(lattice, scene.material)),
+      obstacles(scene, body_time_step), dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
+      critical_time_step(contact_time_step(body_time_step, obstacles.at_start())),
       time_step(choose_time_step(scene, critical_time_step)), schedule(scene.cuts, time_step) {
     check_cuts(scene, dynamics);
     apply_loads();
+    set_obstacles();
     prescribe();
+    check_start();
+    if (scene.output.energy_balance) {
+        if (scene.solver.method != SolverMethod::symplectic_euler) {
+            throw scene_error(scene, "output.energy_balance",
+                              "a scene with it must be solved by \"symplectic-euler\": the other methods do not keep "
+                              "energy, or have no time");
+        }
+        meter.emplace(
+            EnergyMeter::Constants{time_step, masses(), scene.gravity.acceleration, scene.damping.mass, loads},
+            metered_state(), velocities_of(dynamics));
+    }
+}
+
+void Simulation::Implementation::set_obstacles() {
+    if (!obstacles.empty()) {
+        const std::vector<SurfaceNode> surface = surface_nodes(lattice, scene.body.origin);
+        on_explicit([&](auto& d) { d.set_obstacles(surface, obstacles.at_start()); });
+    }
+}
+
+void Simulation::Implementation::check_start() const {
+    const std::vector<NamedObstacleReading> readings = read_obstacles();
+    for (std::size_t o = 0; o < readings.size(); ++o) {
+        const ObstacleShape& shape = scene.obstacles[o].shape;
+        if (const ObstacleReading& reading = readings[o].reading; reading.depth > scene.body.cell_size) {
+            throw scene_error(scene,
+                              "obstacle[" + std::to_string(o) + "]." +
+                                  (std::holds_alternative<PlaneShape>(shape)    ? "plane"
+                                   : std::holds_alternative<SphereShape>(shape) ? "sphere"
+                                                                                : "box"),
+                              text("%zu nodes of the body lie in it at the start, up to %.3g m deep; at most a cell, "
+                                   "%.3g m, is allowed",
+                                   reading.nodes, reading.depth, scene.body.cell_size));
+        }
+    }
+}
+
+MeteredState Simulation::Implementation::metered_state() const {
+    MeteredState state;
+    state.displacements = displacements_of(dynamics);
+    state.forces = forces_of(dynamics);
+    state.held.assign(supports.present().begin(), supports.present().end());
+    state.accelerations.assign(supports.accelerations().begin(), supports.accelerations().end());
+    const std::vector<NamedObstacleReading> readings = read_obstacles();
+    for (std::size_t o = 0; o < readings.size(); ++o) {
+        state.obstacles.push_back({obstacles.poses()[o].position, obstacles.angles()[o], readings[o].reading.force,
+                                   readings[o].reading.torque});
+    }
+    state.elastic = std::visit([](const auto& d) { return d.potential_energy().total(); }, dynamics);
+    state.effects = effect_energies_of(dynamics);
+    return state;
 }
 
 void Simulation::Implementation::prescribe() {
     const std::span<const PrescribedNode> nodes = is_static() ? supports.at_part(load_fraction) : supports.at(time());
-    on_explicit([&](auto& d) { d.prescribe(nodes); });
+    on_explicit([&](auto& d) {
+        d.prescribe(nodes);
+        if (!obstacles.empty()) {
+            d.move_obstacles(obstacles.at(time()));
+        }
+    });
 }
 
 void Simulation::Implementation::apply_loads() {
@@ -124,9 +188,15 @@ std::string Simulation::Implementation::step(long count) {
     for (long end = steps + count; steps < end; bite()) {
         const long next = std::min(end, schedule.next_step());
         // Plates are set after each step, so that every force is taken with all nodes at the same time.
-        while (steps < next && moving()) {
+        while (steps < next && (moving() || meter)) {
+            const bool was_moving = moving();
             advance(1);
-            prescribe();
+            if (was_moving) {
+                prescribe();
+            }
+            if (meter) {
+                meter->record(metered_state());
+            }
         }
         if (steps < next) {
             advance(next - steps);
@@ -136,7 +206,7 @@ std::string Simulation::Implementation::step(long count) {
 }
 
 void Simulation::Implementation::restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
-                                         long at_step, const CutsDone& cuts) {
+                                         std::span<const double> effect_memory, long at_step, const CutsDone& cuts) {
     // The same plan: another measurement might choose another one, whose last bits differ.
     SimulationOptions same = options;
     same.plan = std::visit([](const auto& d) { return d.describe().choice; }, dynamics);
@@ -145,8 +215,11 @@ void Simulation::Implementation::restore(std::span<const Vector3> displacements,
     cut_again(cuts);
     set_state(dynamics, displacements, velocities);
     steps = at_step;
+    meter.reset(); // it knows of steps that have been taken back
     apply_loads();
+    set_obstacles();
     prescribe();
+    on_explicit([&](auto& d) { d.set_effect_memory(effect_memory); });
 }
 
 std::span<const double> Simulation::Implementation::masses() const {
@@ -180,6 +253,7 @@ Energies Simulation::Implementation::energies() const {
             energies.kinetic = d.kinetic_energy();
         },
         dynamics);
+    energies.effects = effect_energies_of(dynamics);
     if (scene.gravity.acceleration != Vector3{0, 0, 0} || !loads.empty()) {
         energies.external = external_energy(displacements_of(dynamics));
     }
@@ -223,6 +297,33 @@ std::string Simulation::Implementation::blow_up(const Energies& e) const {
     return text("diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or a slower "
                 "motion may help",
                 steps, time(), cause, time_step);
+}
+
+std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() const {
+    std::vector<ObstacleReading> readings;
+    if (const auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
+        readings = single->obstacle_readings();
+    } else if (const auto* twice = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
+        readings = twice->obstacle_readings();
+    }
+    std::vector<NamedObstacleReading> named;
+    for (std::size_t o = 0; o < readings.size(); ++o) {
+        named.push_back({scene.obstacles[o].name, readings[o]});
+    }
+    return named;
+}
+
+std::vector<std::string> Simulation::Implementation::warnings(std::span<const NamedObstacleReading> readings) const {
+    std::vector<std::string> lines;
+    for (std::size_t o = 0; o < readings.size(); ++o) {
+        const double depth = readings[o].reading.greatest_depth, good = obstacles.greatest_good_depth(o);
+        if (depth > good) {
+            lines.push_back(text("nodes were up to %.3g m deep in %s, where more than %.3g m may let them through; a "
+                                 "slower impact, a stiffer or a thicker obstacle may help",
+                                 depth, readings[o].name.c_str(), good));
+        }
+    }
+    return lines;
 }
 
 std::vector<ProbeReading> Simulation::Implementation::read_probes() const {

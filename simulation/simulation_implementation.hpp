@@ -6,9 +6,12 @@
 #include "hybmss/simulation.hpp"
 #include "simulation/cutting.hpp"
 #include "simulation/dynamics_state.hpp"
+#include "simulation/energy_meter.hpp"
 #include "simulation/equilibrium.hpp"
+#include "simulation/obstacles.hpp"
 #include "simulation/supports.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <span>
@@ -36,9 +39,11 @@ struct Simulation::Implementation {
     Supports supports;
     std::vector<ProbeNodes> probes;
     std::vector<Vector3> loads; ///< N, one a node; empty where the scene has none
+    double body_time_step;      ///< s: the body's own critical one
+    Obstacles obstacles;
     AnyDynamics dynamics;
-    double critical_time_step;
-    double time_step; ///< 0 where there is no time
+    double critical_time_step; ///< s: with the obstacles
+    double time_step;          ///< 0 where there is no time
     long steps = 0;
     double load_fraction = 0;   ///< static: how far the loading has been followed
     double solved_residual = 0; ///< static: of the last solve
@@ -57,7 +62,8 @@ struct Simulation::Implementation {
         double energy = 0;       ///< J
         std::vector<double> bites;
     };
-    double removed_energy = 0; ///< J
+    double removed_energy = 0;        ///< J
+    std::optional<EnergyMeter> meter; ///< where the scene asks for it
     // Of the run at hand, so that a checkpoint can continue it.
     long outputs = 0;       ///< made so far
     long written = -1;      ///< the step of the last one
@@ -67,7 +73,9 @@ struct Simulation::Implementation {
 
     bool is_static() const { return scene.solver.method == SolverMethod::static_equilibrium; }
     double time() const { return is_static() ? load_fraction : static_cast<double>(steps) * time_step; }
-    bool moving() const { return is_static() ? load_fraction < 1 : time() < supports.end_of_motion(); }
+    bool moving() const {
+        return is_static() ? load_fraction < 1 : time() < std::max(supports.end_of_motion(), obstacles.end_of_motion());
+    }
     double body_volume() const;
 
     /// action(dynamics) where they are explicit.
@@ -87,7 +95,9 @@ struct Simulation::Implementation {
         }
         return action(std::get<ImplicitDynamics<double>>(dynamics));
     }
+    /// Holds and leads nodes and obstacles as it is at the present time.
     void prescribe();
+    void set_obstacles();
     void apply_loads();
 
     /// Whether something prescribed is still to come within the duration.
@@ -111,8 +121,8 @@ struct Simulation::Implementation {
     std::string solve(const RunCallbacks& callbacks);
     /// Starts afresh from a known state: nothing of what the dynamics hold inside may outlive values that are not
     /// finite.
-    void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities, long at_step,
-                 const CutsDone& cuts);
+    void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
+                 std::span<const double> effect_memory, long at_step, const CutsDone& cuts);
 
     Energies energies() const;
     Settlement settlement(const Energies& energies) const;
@@ -120,10 +130,15 @@ struct Simulation::Implementation {
     /// energy at a stretch of about a hundred.
     std::string blow_up(const Energies& energies) const;
     std::vector<ProbeReading> read_probes() const;
+    std::vector<NamedObstacleReading> read_obstacles() const;
+    MeteredState metered_state() const;
     Summary summary(std::string failure) const;
 
 private:
     std::string implicit_step();
+    /// Throws SceneError where the body lies deep in an obstacle already.
+    void check_start() const;
+    std::vector<std::string> warnings(std::span<const NamedObstacleReading> readings) const;
     EquilibriumOptions equilibrium_options() const;
     void add_work(const EquilibriumResult& result);
     void list_cells();

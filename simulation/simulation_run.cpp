@@ -62,10 +62,13 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
 
     struct Good {
         std::vector<Vector3> displacements, velocities;
+        std::vector<double> effect_memory;
         long steps;
         Implementation::CutsDone cuts;
     };
-    const auto present = [&] { return Good{displacements(), velocities(), body.steps, body.cuts_done()}; };
+    const auto present = [&] {
+        return Good{displacements(), velocities(), effect_memory_of(body.dynamics), body.steps, body.cuts_done()};
+    };
 
     std::string failure;
     Good good = present();
@@ -86,7 +89,7 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
         const Energies energies = body.energies();
         failure = body.blow_up(energies);
         if (!failure.empty()) {
-            body.restore(good.displacements, good.velocities, good.steps, good.cuts);
+            body.restore(good.displacements, good.velocities, good.effect_memory, good.steps, good.cuts);
             break;
         }
         good = present();
@@ -129,6 +132,11 @@ Summary Simulation::Implementation::summary(std::string failure) const {
                  *scene.solver.tolerance, moving() ? "; a motion has not ended" : "");
     }
     summary.probes = read_probes();
+    summary.obstacles = read_obstacles();
+    summary.warnings = warnings(summary.obstacles);
+    if (meter) {
+        summary.balance = meter->balance();
+    }
     summary.steps = steps;
     summary.time = time();
     summary.time_step = time_step;

@@ -36,6 +36,15 @@ Json plan_json(const PlanDescription& plan) {
             {"tiles", plan.tiles}};
 }
 
+Json balance_json(const EnergyBalance& b) {
+    return {
+        {"work", {{"supports", b.supports}, {"loads", b.loads}, {"gravity", b.gravity}, {"obstacles", b.obstacles}}},
+        {"change", {{"kinetic", b.kinetic}, {"elastic", b.elastic}, {"effects", b.effects}}},
+        {"dissipated", {{"mass_damping", b.mass_damping}, {"effects", b.effects_dissipated}}},
+        {"imbalance", b.imbalance()},
+        {"relative_imbalance", b.relative_imbalance()}};
+}
+
 } // namespace
 
 std::string summary_json(const Summary& summary) {
@@ -50,6 +59,19 @@ std::string summary_json(const Summary& summary) {
                       {"kinetic", summary.energies.kinetic},
                       {"external", summary.energies.external},
                       {"removed", summary.energies.removed}};
+    for (const EffectEnergy& effect : summary.energies.effects) {
+        json["effects"][effect.name] = {{"stored", effect.stored}, {"dissipated", effect.dissipated}};
+    }
+    if (summary.balance) {
+        json["energy_balance"] = balance_json(*summary.balance);
+    }
+    for (const auto& [name, reading] : summary.obstacles) {
+        json["obstacles"][name] = {{"force", reading.force},
+                                   {"torque", reading.torque},
+                                   {"nodes", reading.nodes},
+                                   {"depth", reading.depth},
+                                   {"greatest_depth", reading.greatest_depth}};
+    }
     json["probes"] = Json::object();
     for (const ProbeReading& probe : summary.probes) {
         json["probes"][probe.name] = {{"force", probe.force},
@@ -58,6 +80,7 @@ std::string summary_json(const Summary& summary) {
                                       {"max_displacement", probe.max_displacement}};
     }
     json["removed_cells"] = summary.removed_cells;
+    json["warnings"] = summary.warnings;
     json["steps"] = summary.steps;
     json["iterations"] = summary.work.newton_iterations;
     json["cg_iterations"] = summary.work.cg_iterations;

@@ -79,7 +79,8 @@ public:
     /// x'Kx / x'Mx cell by cell, and a cell takes its share of both away with it.
     ///
     /// Throws std::invalid_argument, and changes nothing, for an index outside the grid, a lattice of another grid or
-    /// with other nodes, and a body that cannot be cut: a network, or a lattice in a network's layout.
+    /// with other nodes, and a body that cannot be cut: a network, a lattice in a network's layout, or one
+    /// that has obstacles.
     std::size_t remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells);
     /// Whether this body is one that can.
     bool can_remove_cells() const;

@@ -4,6 +4,7 @@
 /// A scene: one body, what holds, moves and loads it, and how it is solved. Plain data; read from TOML or filled by
 /// hand.
 
+#include "hybmss/contact.hpp"
 #include "hybmss/equilibrium.hpp"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
@@ -118,6 +119,20 @@ struct Cut {
     bool at_rest = false;                                  ///< the centre at rest counts, not the present one
 };
 
+/// A rigid obstacle that the body touches. It moves by `translate` along the way of a Move and by `velocity` all the
+/// time; `rotate` turns it about its position.
+struct SceneObstacle {
+    std::string name;                           ///< in the results
+    ObstacleShape shape;                        ///< m
+    std::array<double, 3> position = {0, 0, 0}; ///< m, at time 0: a point of the plane, the middle of a sphere or box
+    double friction = 0;                        ///< Coulomb's coefficient
+    std::optional<double> stiffness; ///< Pa/m: pressure by depth on a flat surface; by default the body's own
+    std::optional<std::array<double, 3>> translate; ///< m
+    std::optional<Rotation> rotate;
+    double over = 1;                            ///< s of translate and rotate; 0: at once
+    std::array<double, 3> velocity = {0, 0, 0}; ///< m/s
+};
+
 /// A named region whose support force and displacement are reported.
 struct Probe {
     std::string name;
@@ -146,6 +161,7 @@ struct Solver {
 
 struct Output {
     std::optional<double> every; ///< s between results; by default only the first and the last state are written
+    bool energy_balance = false; ///< works and losses are metered in every step
 };
 
 /// Where a scene's keys stood in its file, so that errors found later can name the line.
@@ -169,6 +185,7 @@ struct Scene {
     Damping damping;
     std::vector<Load> loads;
     std::vector<Cut> cuts;
+    std::vector<SceneObstacle> obstacles;
     std::vector<Probe> probes;
     Solver solver;
     Output output;

@@ -34,8 +34,9 @@ struct SimulationOptions {
 /// Energies in J.
 struct Energies {
     double springs = 0, volume = 0, kinetic = 0;
-    double external = 0; ///< potential of gravity, zero at rest: -sum m g.u
     double removed = 0;  ///< all that left with the cells that were cut away, kinetic and external energy too
+    double external = 0; ///< potential of gravity and loads, zero at rest: -sum (m g + load).u
+    std::vector<EffectEnergy> effects; ///< such as "contact": stored, and dissipated since the start
 };
 
 /// What a probe reads. Force and torque are those that the support or the moving plate exerts on the body.
@@ -58,6 +59,30 @@ struct Settlement {
 struct VolumeChange {
     double relative_volume_change = 0; ///< |sum V' - sum V| / sum V
     double min_cell_volume_ratio = 1, max_cell_volume_ratio = 1;
+};
+
+/// An obstacle at the present state.
+struct NamedObstacleReading {
+    std::string name;
+    ObstacleReading reading;
+};
+
+/// Works and losses since the start of a run, J: supports + loads + gravity + obstacles = kinetic + elastic + effects +
+/// mass_damping + effects_dissipated, up to the step's own error.
+struct EnergyBalance {
+    double supports = 0;           ///< work of fixes and moves
+    double loads = 0;              ///< work of loads
+    double gravity = 0;            ///< its work
+    double obstacles = 0;          ///< work of obstacles that move
+    double kinetic = 0;            ///< change
+    double elastic = 0;            ///< change of springs' and volume energy
+    double effects = 0;            ///< change of what effects store, as contact does
+    double mass_damping = 0;       ///< dissipated
+    double effects_dissipated = 0; ///< by friction and the like
+    double peak_kinetic = 0;       ///< the largest on the way
+
+    double imbalance() const;          ///< what the two sides differ by
+    double relative_imbalance() const; ///< its size over the largest of all parts and the peak
 };
 
 /// What the implicit methods have done so far; all zero for an explicit one.
@@ -93,6 +118,9 @@ struct Summary {
     VolumeChange volume;
     Energies energies;
     std::vector<ProbeReading> probes;
+    std::vector<NamedObstacleReading> obstacles;
+    std::optional<EnergyBalance> balance; ///< where the scene asks for it
+    std::vector<std::string> warnings;    ///< what the results do not show by themselves, a line each
     long steps = 0;
     double time = 0, time_step = 0, critical_time_step = 0; ///< s
     Settlement settlement;
@@ -168,6 +196,9 @@ public:
     std::vector<std::array<double, 3>> velocities() const;
     Energies energies() const;
     std::vector<ProbeReading> probes() const;
+    std::vector<NamedObstacleReading> obstacles() const;
+    /// Since the start; where the scene does not ask for it, nothing.
+    std::optional<EnergyBalance> energy_balance() const;
     VolumeChange volume_change() const;
     /// The settled test with the scene's tolerance, or 1e-4 where it gives none.
     Settlement settlement() const;

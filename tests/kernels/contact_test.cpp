@@ -103,13 +103,13 @@ TYPED_TEST(Contact, rest_depth_is_weight_over_stiffness) {
     EXPECT_EQ(floor.nodes, 12u);
     // The body itself gives way too, by a hundredth of what the floor does.
     EXPECT_NEAR(floor.depth, rest_depth(2, gravity, stiffness), 0.02 * rest_depth(2, gravity, stiffness));
-    EXPECT_GT(floor.greatest_depth, floor.depth);
+    EXPECT_GE(floor.greatest_depth, floor.depth);
     // Without friction nothing is lost in the contact.
     EXPECT_EQ(body.dynamics.effect_energies().at(0).dissipated, 0);
 }
 
 TYPED_TEST(Contact, sliding_block_stops_after_its_distance) {
-    const double stiffness = stiffness_of(1), gravity = 10, friction = 0.3, speed = 2;
+    const double stiffness = stiffness_of(1), gravity = 10, friction = 0.3, speed = 5;
     TouchingBody<TypeParam> body(Lattice::box(4, 1, 2, kEdge),
                                  {floor_at(rest_depth(1, gravity, stiffness), friction, stiffness)});
     body.set_velocity({speed, 0, 0});

@@ -1,6 +1,7 @@
 /// Every bad input: one line with file, line and key, exit code 2, nothing written.
 
 #include "hybmss/scene.hpp"
+#include "hybmss/simulation.hpp"
 #include "simulation/memory.hpp"
 #include "tests/scenes/program.hpp"
 
@@ -124,6 +125,53 @@ const BadLine kBadLines[] = {
     {"ZeroEvery", "every = 0.5", "every = 0", "s.toml:21:9: output.every = 0: it must be above 0"},
     {"BadProbeName", "name = \"plate\"", "name = \"a,b\"", "s.toml:23:8: probe.name = \"a,b\": it must be letters"},
     {"SingleFix", "[[fix]]", "[fix]", "s.toml:8:2: fix: it must be given as [[fix]]"},
+    {"ObstacleWithoutShape", "[[probe]]", "[[obstacle]]\nfriction = 1\n[[probe]]",
+     "s.toml:22:1: obstacle.plane: missing; it or sphere or box must be given"},
+    {"ObstacleOfTwoShapes", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nbox = [[0, 0, 0], [1, 1, 1]]\n[[probe]]",
+     "s.toml:24:7: obstacle.box = [[0, 0, 0], [1, 1, 1]]: only one of plane, sphere and box"},
+    {"ObstacleUnknownKey", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nfricton = 1\n[[probe]]",
+     "s.toml:24:1: obstacle.fricton = 1: unknown key"},
+    {"PlaneWithoutNormal", "[[probe]]", "[[obstacle]]\nplane = {point = [0, 0, 0]}\n[[probe]]",
+     "s.toml:23:9: obstacle.plane.normal: missing"},
+    {"PlaneNormalZero", "[[probe]]", "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 0, 0]}\n[[probe]]",
+     "s.toml:23:38: obstacle.plane.normal = [0, 0, 0]: it must be three numbers, not all 0"},
+    {"PlanePoint", "[[probe]]", "[[obstacle]]\nplane = {point = [0, 0], normal = [0, 1, 0]}\n[[probe]]",
+     "s.toml:23:18: obstacle.plane.point = [0, 0]: it must be three numbers"},
+    {"SphereRadius", "[[probe]]", "[[obstacle]]\nsphere = {center = [0, -9, 0], radius = 0}\n[[probe]]",
+     "s.toml:23:41: obstacle.sphere.radius = 0: it must be"},
+    {"SphereCenter", "[[probe]]", "[[obstacle]]\nsphere = {center = 3, radius = 1}\n[[probe]]",
+     "s.toml:23:20: obstacle.sphere.center = 3: it must be three numbers"},
+    {"SphereSmall", "[[probe]]", "[[obstacle]]\nsphere = {center = [0, -9, 0], radius = 0.4}\n[[probe]]",
+     "s.toml:23:41: obstacle.sphere.radius = 0.4: it must be at least the cell size"},
+    {"BoxThin", "[[probe]]", "[[obstacle]]\nbox = [[0, -1, 0], [1, -0.8, 1]]\n[[probe]]",
+     "s.toml:23:7: obstacle.box = [[0, -1, 0], [1, -0.8, 1]]: every edge must be at least the cell size"},
+    {"BoxUpside", "[[probe]]", "[[obstacle]]\nbox = [[0, 0, 0], [1, -1, 1]]\n[[probe]]", "s.toml:23:7: obstacle.box"},
+    {"ObstacleName", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nname = \"a b\"\n[[probe]]",
+     "s.toml:24:8: obstacle.name = \"a b\": it must be letters"},
+    {"ObstacleFriction", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nfriction = -1\n[[probe]]",
+     "s.toml:24:12: obstacle.friction = -1: it must be"},
+    {"ObstacleStiffness", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nstiffness = 0\n[[probe]]",
+     "s.toml:24:13: obstacle.stiffness = 0: it must be above 0"},
+    {"ObstacleTranslate", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\ntranslate = [0, nan, 0]\n[[probe]]",
+     "s.toml:24:13: obstacle.translate"},
+    {"ObstacleRotate", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nrotate = {axis = \"y\"}\n[[probe]]",
+     "s.toml:24:10: obstacle.rotate.degrees: missing"},
+    {"ObstacleOver", "[[probe]]", "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nover = -1\n[[probe]]",
+     "s.toml:24:8: obstacle.over = -1: it must be at least 0"},
+    {"ObstacleVelocity", "[[probe]]",
+     "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nvelocity = 3\n[[probe]]",
+     "s.toml:24:12: obstacle.velocity = 3: it must be three numbers"},
+    {"ObstacleAroundBody", "[[probe]]", "[[obstacle]]\nplane = {point = [0, 1, 0], normal = [0, 1, 0]}\n[[probe]]",
+     "s.toml:23:9: obstacle.plane = {point = [0, 1, 0], normal = [0, 1, 0]}: 27 nodes of the body lie in it"},
+    {"EnergyBalanceNumber", "every = 0.5", "energy_balance = 1",
+     "s.toml:21:18: output.energy_balance = 1: it must be true or false"},
     {"TooLarge", "cells = [2, 3, 4]", "cells = [100000, 100000, 100000]",
      "s.toml:2:9: body.cells = [100000, 100000, 100000]: these cells need about"},
     {"HugeCount", "cells = [2, 3, 4]", "cells = [9223372036854775807, 1, 1]", "s.toml:2:9: body.cells"},
@@ -145,6 +193,28 @@ TEST_P(BadScene, is_one_line_and_writes_nothing) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, BadScene, testing::ValuesIn(kBadLines),
                          [](const auto& scene) { return std::string(scene.param.name); });
+
+/// What only explicit steps can do, at the key that must change.
+TEST(BadScenes, explicit_effects_need_explicit_steps) {
+    const std::string plane = "\n[[obstacle]]\nplane = {point = [0, -9, 0], normal = [0, 1, 0]}\n";
+    for (const char* method : {"static", "backward-euler"}) {
+        const std::string text =
+            test::small_scene("method = \"symplectic-euler\"", "method = \"" + std::string(method) + "\"");
+        for (const std::string& more : {plane, std::string()}) {
+            try {
+                Scene scene = parse_scene(text + more, "s.toml");
+                scene.output.energy_balance = more.empty();
+                Simulation simulation(scene);
+                ADD_FAILURE() << method;
+            } catch (const SceneError& error) {
+                EXPECT_NE(std::string(error.what()).find("must be solved by \"symplectic-euler\""), std::string::npos)
+                    << error.what();
+                EXPECT_EQ(std::string(error.what()).find("s.toml:17:10: solver.method") == 0, !more.empty())
+                    << error.what();
+            }
+        }
+    }
+}
 
 void expect_bad(const std::string& arguments, const std::string& message) {
     test::TemporaryDirectory directory;
