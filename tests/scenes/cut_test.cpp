@@ -91,8 +91,9 @@ TEST(CutSchedule, bites_once_a_step_at_most) {
 }
 
 TEST(CutScene, energy_leaves_with_the_cells) {
-    for (const char* material : {"poisson_ratio = 0.45\n", "poisson_ratio = 0.1\nface_diagonal_ratio = 0\n",
-                                 "poisson_ratio = 0.25\n", "poisson_ratio = 0.4\nvolume_energy = \"none\"\n"}) {
+    for (const char* material :
+         {"poisson_ratio = 0.45\n", "poisson_ratio = 0.1\n", "poisson_ratio = 0.3\nface_diagonal_ratio = 0\n",
+          "poisson_ratio = 0.25\n", "poisson_ratio = 0.4\nvolume_energy = \"none\"\n"}) {
         Simulation simulation = make(bar("", material));
         simulation.step(200);
         const unsigned seed = std::random_device{}();
