@@ -35,12 +35,15 @@ public:
     void set_memory(const VectorSpace<T>& space, std::span<const T> values);
 
 private:
-    struct FineLevel;
+    static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
+    struct FineLevel; // multigrid_fine_level.hpp
     struct Node {
         std::size_t grid;      ///< in the padded grid
         std::size_t places[3]; ///< of its components: flat in the array of the component
     };
 
+    /// C^T K C of a cell's rotations against each of the cells around it, at rest.
+    void find_rest_rotations();
     void merge_finest(const Potential<T>& potential);
     void merge(std::span<const CellMatrix> fine_cells, const PaddedGrid& fine, const PaddedGrid& coarse);
     void find_rotations(const Potential<T>& potential);
