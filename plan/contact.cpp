@@ -1,5 +1,9 @@
 #include "plan/contact.hpp"
 
+#include "plan/obstacle_checks.hpp"
+#include "plan/rigid_motion.hpp"
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -7,100 +11,6 @@
 #include <tuple>
 
 namespace hybmss {
-namespace {
-
-using Matrix = std::array<double, 9>;
-
-Point to_space(const Matrix& r, const Point& y) {
-    return {r[0] * y[0] + r[1] * y[1] + r[2] * y[2], r[3] * y[0] + r[4] * y[1] + r[5] * y[2],
-            r[6] * y[0] + r[7] * y[1] + r[8] * y[2]};
-}
-Point from_space(const Matrix& r, const Point& x) {
-    return {r[0] * x[0] + r[3] * x[1] + r[6] * x[2], r[1] * x[0] + r[4] * x[1] + r[7] * x[2],
-            r[2] * x[0] + r[5] * x[1] + r[8] * x[2]};
-}
-Point plus(const Point& a, double factor, const Point& b) {
-    return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
-double length(const Point& a) {
-    return std::sqrt(dot(a, a));
-}
-
-/// The rotation by the vector `angle` (Rodrigues), column by column of `r`.
-Matrix turned(const Matrix& r, const Point& angle) {
-    const double phi = length(angle);
-    if (phi == 0) {
-        return r;
-    }
-    const double sine = std::sin(phi), half = std::sin(phi / 2), versine = 2 * half * half;
-    const Point n = {angle[0] / phi, angle[1] / phi, angle[2] / phi};
-    Matrix out{};
-    for (std::size_t c = 0; c < 3; ++c) {
-        const Point p = {r[c], r[3 + c], r[6 + c]}, q = cross(n, p), qq = cross(n, q);
-        for (std::size_t a = 0; a < 3; ++a) {
-            out[3 * a + c] = p[a] + sine * q[a] + versine * qq[a];
-        }
-    }
-    return out;
-}
-
-[[noreturn]] void refuse(std::size_t obstacle, const std::string& what) {
-    throw std::invalid_argument("obstacle " + std::to_string(obstacle) + ": " + what);
-}
-
-template <std::size_t N>
-bool finite(const std::array<double, N>& values) {
-    for (const double v : values) {
-        if (!std::isfinite(v)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-void check(const RigidPose& pose, std::size_t obstacle) {
-    if (!finite(pose.position) || !finite(pose.rotation) || !finite(pose.velocity) || !finite(pose.angular_velocity)) {
-        refuse(obstacle, "its pose is not finite");
-    }
-    for (std::size_t a = 0; a < 3; ++a) {
-        for (std::size_t b = 0; b < 3; ++b) {
-            double product = a == b ? -1 : 0;
-            for (std::size_t c = 0; c < 3; ++c) {
-                product += pose.rotation[3 * a + c] * pose.rotation[3 * b + c];
-            }
-            if (std::abs(product) > 1e-9) {
-                refuse(obstacle, "its rotation must be a matrix of three orthonormal rows");
-            }
-        }
-    }
-}
-
-/// The same shape with a normal of unit length.
-ObstacleShape checked(const ObstacleShape& shape, std::size_t obstacle) {
-    if (const auto* plane = std::get_if<PlaneShape>(&shape)) {
-        const Point& n = plane->normal;
-        const double size = std::hypot(n[0], n[1], n[2]);
-        if (!std::isfinite(size) || !(size > 0)) {
-            refuse(obstacle, "the normal of its plane must be finite and not zero");
-        }
-        return PlaneShape{{n[0] / size, n[1] / size, n[2] / size}};
-    }
-    if (const auto* sphere = std::get_if<SphereShape>(&shape);
-        sphere && (!std::isfinite(sphere->radius) || !(sphere->radius > 0))) {
-        refuse(obstacle, "radius = " + std::to_string(sphere->radius) + " is not allowed: it must be finite and > 0");
-    }
-    if (const auto* box = std::get_if<BoxShape>(&shape)) {
-        for (const double size : box->size) {
-            if (!std::isfinite(size) || !(size > 0)) {
-                refuse(obstacle, "size = " + std::to_string(size) + " is not allowed: it must be finite and > 0");
-            }
-        }
-    }
-    return shape;
-}
-
-} // namespace
-
 template <class T>
 Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const SurfaceNode> surface,
                     std::span<const Obstacle> obstacles)
@@ -108,19 +18,19 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         Obstacle& obstacle = obstacles_[o];
         obstacle.shape = checked(obstacle.shape, o);
-        check(obstacle.pose, o);
+        require_rigid(obstacle.pose, o);
         if (!std::isfinite(obstacle.friction) || obstacle.friction < 0) {
-            refuse(o, "friction = " + std::to_string(obstacle.friction) +
-                          " is not allowed: it must be finite and at least 0");
+            refuse_obstacle(o, "friction = " + std::to_string(obstacle.friction) +
+                                   " is not allowed: it must be finite and at least 0");
         }
         if (!std::isfinite(obstacle.stiffness) || obstacle.stiffness < 0) {
-            refuse(o, "stiffness = " + std::to_string(obstacle.stiffness) +
-                          " is not allowed: it must be finite and at least 0");
+            refuse_obstacle(o, "stiffness = " + std::to_string(obstacle.stiffness) +
+                                   " is not allowed: it must be finite and at least 0");
         }
         if (obstacle.stiffness == 0) {
             const double dt = body.critical_time_step();
             if (!std::isfinite(dt)) {
-                refuse(o, "stiffness = 0 is not allowed: the body has none of its own");
+                refuse_obstacle(o, "stiffness = 0 is not allowed: the body has none of its own");
             }
             obstacle.stiffness = 1 / (dt * dt);
         }
@@ -130,7 +40,7 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
     low.fill(std::numeric_limits<double>::infinity());
     high.fill(-std::numeric_limits<double>::infinity());
     for (std::size_t s = 0; s < surface.size(); ++s) {
-        if (surface[s].node >= body.node_count() || !finite(surface[s].rest_position)) {
+        if (surface[s].node >= body.node_count() || !is_finite(surface[s].rest_position)) {
             throw std::invalid_argument("surface node " + std::to_string(surface[s].node) +
                                         ": it must be below the body's " + std::to_string(body.node_count()) +
                                         " nodes, and its position finite");
@@ -173,7 +83,7 @@ void Contact<T>::move(std::span<const RigidPose> poses) {
                                     std::to_string(obstacles_.size()) + " obstacles: there must be as many");
     }
     for (std::size_t o = 0; o < poses.size(); ++o) {
-        check(poses[o], o);
+        require_rigid(poses[o], o);
     }
     for (std::size_t o = 0; o < poses.size(); ++o) {
         const RigidPose before = pose_after(o, elapsed_.empty() ? 0 : elapsed_[0]);
@@ -270,8 +180,7 @@ void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& 
         Grip* grip = has_grips(o) ? &grips_[o][n] : nullptr;
         if (!(distance < 0) && !(grip && grip->holds)) {
             if (grip) {
-                // Where it comes from, should it touch next: friction begins with the first step in the obstacle. Else
-                // a body that slides and bounces would lose a few percent of its friction.
+                // Where it comes from, should it touch next: friction begins with the first step in the obstacle.
                 grip->place = y;
                 grip->known = true;
             }
@@ -434,54 +343,6 @@ void Contact<T>::state_was_set() {
     for (auto& watches : watches_) {
         for (Watch& watch : watches) {
             watch.near = 0;
-        }
-    }
-}
-
-// The time since the obstacles were moved; then for every obstacle two numbers a block, and seven a node where there is
-// friction. What blocks wait for is not kept: looking earlier finds nothing.
-template <class T>
-std::size_t Contact<T>::memory_size() const {
-    std::size_t size = 1;
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        size += 2 * watches_[o].size() + 7 * grips_[o].size();
-    }
-    return size;
-}
-
-template <class T>
-std::vector<double> Contact<T>::memory() const {
-    std::vector<double> memory = {elapsed_.empty() ? 0 : elapsed_[0]};
-    memory.reserve(memory_size());
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        for (const Watch& watch : watches_[o]) {
-            memory.push_back(watch.dissipated);
-            memory.push_back(watch.greatest_depth);
-        }
-        for (const Grip& grip : grips_[o]) {
-            memory.insert(memory.end(), grip.place.begin(), grip.place.end());
-            memory.insert(memory.end(), grip.stretch.begin(), grip.stretch.end());
-            memory.push_back(grip.holds ? 2 : grip.known ? 1 : 0);
-        }
-    }
-    return memory;
-}
-
-template <class T>
-void Contact<T>::set_memory(std::span<const double> memory) {
-    const double* next = memory.data();
-    std::fill(elapsed_.begin(), elapsed_.end(), *next++);
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        for (Watch& watch : watches_[o]) {
-            watch.near = 0;
-            watch.dissipated = *next++;
-            watch.greatest_depth = *next++;
-        }
-        for (Grip& grip : grips_[o]) {
-            next = (std::copy_n(next, 3, grip.place.begin()), next + 3);
-            next = (std::copy_n(next, 3, grip.stretch.begin()), next + 3);
-            grip.holds = *next == 2;
-            grip.known = *next++ != 0;
         }
     }
 }
