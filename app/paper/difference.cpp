@@ -38,7 +38,8 @@ const char* explanation(Reason reason) {
                "not give; ours is the force at rest.";
     case Reason::law:
         return "Finite elements: LS-DYNA's elastic law (print; elements not named) and that of St Venant and Kirchhoff "
-               "(CalculiX) are different materials at large strain; neo-Hooke is a third, and nearest to the print. "
+               "(CalculiX) are different materials at large strain; neo-Hooke is a third, and for nu > 0 nearest to "
+               "the print. "
                "The latter keeps the volume J as HybMSS "
                "does, while St Venant and Kirchhoff keep the trace of Green's strain.";
     }

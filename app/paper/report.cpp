@@ -23,7 +23,9 @@ void write_page(const std::vector<Table>& tables, const std::string& calculix, s
            "finds.\n"
            "- **against print**: \"agrees\" within 2 %, or within the last printed digit of e; else why not, by the "
            "letters "
-           "below\n  each table.\n\n";
+           "below\n  each table. These reasons follow from the equations and from equilibria under them; the paper's "
+           "own "
+           "motion\n  was not run to prove them.\n\n";
     for (const Table& table : tables) {
         print_markdown(table, out);
     }
