@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
     add_verify_command(app);
     add_stability_command(app);
     add_paper_command(app);
+    add_price_command(app);
     add_tune_command(app);
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);
