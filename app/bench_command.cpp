@@ -3,6 +3,7 @@
 #include "bench/batch_benchmark.hpp"
 #include "bench/cutting_benchmark.hpp"
 #include "bench/digit_benchmark.hpp"
+#include "bench/embedding_benchmark.hpp"
 #include "bench/hessian_benchmark.hpp"
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
@@ -24,7 +25,7 @@ struct BenchArguments {
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
-    bool solvers = false, cutting = false, digits = false;
+    bool solvers = false, cutting = false, digits = false, embedding = false;
 };
 
 /// What is measured, and the words above its table.
@@ -74,6 +75,9 @@ Selection select(const BenchArguments& arguments) {
     if (arguments.digits) {
         return {bench::digit_benchmark(choices.instruction_sets, arguments.seconds), bench::kDigitIntroduction};
     }
+    if (arguments.embedding) {
+        return {bench::embedding_benchmark(arguments.seconds), bench::kEmbeddingIntroduction};
+    }
     if (arguments.solvers) {
         return {bench::solver_benchmark(arguments.large, arguments.threads.front()), bench::kSolverIntroduction};
     }
@@ -121,8 +125,18 @@ void add_bench_command(CLI::App& app) {
                                      "error and time");
     digits->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch)->excludes(hessian)->excludes(
         cutting);
+    auto* embedding = command->add_flag("--embedding", arguments->embedding,
+                                        "instead: calls in C, and over interleaved memory, against native ones");
     command->add_flag("--solvers", arguments->solvers, "instead: preconditioners, and static solves beside CalculiX")
         ->excludes(limits)
+        ->excludes(scaling)
+        ->excludes(memory)
+        ->excludes(batch)
+        ->excludes(hessian)
+        ->excludes(cutting)
+        ->excludes(digits)
+        ->excludes(embedding);
+    embedding->excludes(limits)
         ->excludes(scaling)
         ->excludes(memory)
         ->excludes(batch)

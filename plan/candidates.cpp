@@ -95,7 +95,7 @@ std::vector<Candidate> candidates(const std::vector<std::string>& layouts, const
     for (const std::string& layout : options.layout.empty() ? layouts : named) {
         for (const InstructionSet set : sets_to_try(options.instruction_set)) {
             for (const Accuracy accuracy : accuracies) {
-                for (const int threads : threads_to_try(useful_threads(options.threads, nodes))) {
+                for (const int threads : threads_to_try(useful_threads(options.threads, nodes, options.task_runner))) {
                     all.push_back({layout, set, accuracy, threads});
                 }
             }

@@ -56,8 +56,9 @@ void point_to(T* (&pointers)[3], AlignedArray<T>* arrays) {
 template <class T>
 LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
                             const std::string& layout)
-    : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count()))), name_(layout),
-      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+    : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count(), options.task_runner),
+                      options.task_runner)),
+      name_(layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       kernels_(layout == kActiveRows ? table_->active : table_->lattice),
       layout_(layout == kActiveRows
                   ? active_rows<T>(lattice, material, kernels_->width)

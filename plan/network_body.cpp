@@ -30,7 +30,8 @@ void append_colors(const std::vector<std::size_t>& color_begin, const Visit& vis
 
 template <class T>
 NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(useful_threads(options.threads, network.masses.size()))),
+    : Body<T>(
+          Workers(useful_threads(options.threads, network.masses.size(), options.task_runner), options.task_runner)),
       layout_(network), run_{0, 0, layout_.node_count},
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),

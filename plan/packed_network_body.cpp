@@ -28,8 +28,9 @@ std::vector<Stage> tile_stages(const Layout& layout, const Visit& visit) {
 
 template <class T, class Layout>
 PackedNetworkBody<T, Layout>::PackedNetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(
-          std::min(useful_threads(options.threads, network.masses.size()), NetworkTiles<Layout>::kMostThreads))),
+    : Body<T>(Workers(std::min(useful_threads(options.threads, network.masses.size(), options.task_runner),
+                               NetworkTiles<Layout>::kMostThreads),
+                      options.task_runner)),
       choice_{&kernels::kernel_table<T>(resolve(options.instruction_set)), options.accuracy,
               network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)},
       layout_(NetworkTiles<Layout>::layout(network, *choice_.table)), run_{0, 0, layout_.node_count},

@@ -179,6 +179,7 @@ PlanDescription PlannedBody<T>::describe() const {
     }
     description.choice.effort = Effort::estimate;
     description.choice.wisdom = nullptr;
+    description.choice.task_runner = nullptr;
     description.effort = effort;
     description.reason = reason;
     description.candidates = figures;

@@ -64,8 +64,9 @@ std::string wish_class(const PlanOptions& options) {
     const bool any_set = options.instruction_set == InstructionSet::automatic && !instruction_set_is_forced();
     return "layout:" + (options.layout.empty() ? "any" : options.layout) +
            " isa:" + (any_set ? "any" : std::string(name(resolve(options.instruction_set)))) +
-           " accuracy:" + (options.accuracy == Accuracy::fast ? "fast" : "exact") +
-           " threads:" + std::to_string(useful_threads(options.threads, std::numeric_limits<std::size_t>::max()));
+           " accuracy:" + (options.accuracy == Accuracy::fast ? "fast" : "exact") + " threads:" +
+           std::to_string(
+               useful_threads(options.threads, std::numeric_limits<std::size_t>::max(), options.task_runner));
 }
 
 template std::string body_class<float>(const Lattice&, const Material&);

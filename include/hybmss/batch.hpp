@@ -4,6 +4,7 @@
 /// Many bodies stepped side by side.
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/export.h"
 
 #include <memory>
 #include <span>
@@ -21,7 +22,7 @@ namespace hybmss {
 ///     Batch<float> batch;
 ///     batch.step(bodies, parameters, 100);
 template <class T>
-class Batch {
+class HYBMSS_EXPORT Batch {
 public:
     /// `threads`: at most, >= 0; 0 for all of the machine. Throws std::invalid_argument where it is negative.
     explicit Batch(int threads = 0);
@@ -42,7 +43,7 @@ public:
     void step(std::span<ExplicitDynamics<T>* const> bodies, std::span<const StepParameters> parameters, long count = 1);
 
 private:
-    struct Implementation;
+    struct HYBMSS_LOCAL Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -4,6 +4,7 @@
 /// Static equilibrium and implicit steps of a body: minima of its potential energy.
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/export.h"
 
 #include <array>
 #include <functional>
@@ -27,7 +28,7 @@ enum class EquilibriumStatus {
 };
 
 /// "converged", "iterations exhausted", ...
-std::string_view name(EquilibriumStatus status);
+HYBMSS_EXPORT std::string_view name(EquilibriumStatus status);
 
 /// What conjugate gradients are preconditioned with.
 enum class PreconditionerKind {
@@ -37,9 +38,9 @@ enum class PreconditionerKind {
 };
 
 /// "automatic", "block-jacobi" or "multigrid".
-std::string_view name(PreconditionerKind kind);
+HYBMSS_EXPORT std::string_view name(PreconditionerKind kind);
 /// The inverse of name(). Throws std::invalid_argument that lists the known names.
-PreconditionerKind parse_preconditioner(std::string_view text);
+HYBMSS_EXPORT PreconditionerKind parse_preconditioner(std::string_view text);
 
 /// What holds and loads a body.
 struct Loading {
@@ -96,7 +97,7 @@ struct EquilibriumResult {
 /// Nodes are numbered as in the body. Not for concurrent use of one object. Results are bit-identical for any number of
 /// threads. Construction throws as ForcePlan does.
 template <class T>
-class EquilibriumSolver {
+class HYBMSS_EXPORT EquilibriumSolver {
 public:
     EquilibriumSolver(const Lattice& lattice, const Material& material, const PlanOptions& options = {});
     explicit EquilibriumSolver(const Network& network, const PlanOptions& options = {});
@@ -139,7 +140,7 @@ public:
     PlanDescription describe() const;
 
 private:
-    struct Implementation;
+    struct HYBMSS_LOCAL Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -4,6 +4,7 @@
 /// A body that moves by explicit steps: owns its state in the layout that the kernels like best.
 
 #include "hybmss/contact.hpp"
+#include "hybmss/export.h"
 #include "hybmss/force_plan.hpp"
 
 #include <array>
@@ -48,7 +49,7 @@ struct EffectEnergy {
 /// Nodes are numbered as in the body. Not for concurrent use of one object. Results are bit-identical for any number of
 /// threads. Construction throws as ForcePlan does. The body starts at rest: u = v = 0.
 template <class T>
-class ExplicitDynamics {
+class HYBMSS_EXPORT ExplicitDynamics {
 public:
     using Scalar = T;
 
@@ -137,7 +138,7 @@ public:
     PlanDescription describe() const;
 
 private:
-    struct Implementation;
+    struct HYBMSS_LOCAL Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -3,6 +3,7 @@
 /// \file
 /// Forces and energies of a body over caller-owned memory.
 
+#include "hybmss/export.h"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
 #include "hybmss/network.hpp"
@@ -26,7 +27,7 @@ struct PotentialEnergy {
 /// Immutable once made: any number of threads may execute one plan at the same time. Results are bit-identical for any
 /// number of threads. Construction throws std::invalid_argument with the name, the value and the allowed range.
 template <class T>
-class ForcePlan {
+class HYBMSS_EXPORT ForcePlan {
 public:
     ForcePlan(const Lattice& lattice, const Material& material, const PlanOptions& options = {});
     explicit ForcePlan(const Network& network, const PlanOptions& options = {});
@@ -70,7 +71,7 @@ public:
     PlanDescription describe() const;
 
 private:
-    struct Implementation;
+    struct HYBMSS_LOCAL Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -3,6 +3,8 @@
 /// \file
 /// A body of cubic cells of one grid. Boxes, voxel bodies, cuts and mixed materials are all arrays of cell scales.
 
+#include "hybmss/export.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +25,7 @@ struct SpringCounts {
 ///
 /// Index order everywhere: x fastest, then y, then z. Grid nodes are the (nx+1)(ny+1)(nz+1) corners; the body's nodes
 /// are those of them that touch a cell, numbered in the same order. A box has all of them.
-class Lattice {
+class HYBMSS_EXPORT Lattice {
 public:
     /// A full box. Throws std::invalid_argument unless all counts are >= 1 and cell_size is in [1e-9, 1e9] m.
     static Lattice box(int nx, int ny, int nz, double cell_size);

@@ -3,6 +3,8 @@
 /// \file
 /// An isotropic material and the constants that follow from it.
 
+#include "hybmss/export.h"
+
 namespace hybmss {
 
 /// Which function phi(J) of the cell volume ratio J the volume energy kappa V0 phi(J) uses.
@@ -30,18 +32,18 @@ struct SpringConstants {
 };
 
 /// Throws std::invalid_argument that names the value and its allowed range.
-void validate(const Material& material);
+HYBMSS_EXPORT void validate(const Material& material);
 
 /// G = E / (2 (1 + nu)), Pa.
-double shear_modulus(const Material& material);
+HYBMSS_EXPORT double shear_modulus(const Material& material);
 
 /// kappa = G (4 nu - 1) / (1 - 2 nu), Pa: the bulk modulus that the springs lack; zero at nu = 1/4.
-double volume_modulus(const Material& material);
+HYBMSS_EXPORT double volume_modulus(const Material& material);
 
 /// (5.12) for cells of the edge `cell_size` in m.
-SpringConstants spring_constants(const Material& material, double cell_size);
+HYBMSS_EXPORT SpringConstants spring_constants(const Material& material, double cell_size);
 
 /// What `automatic` means for this material: quadratic, mean_stretch, or none where kappa is zero.
-VolumeEnergy resolved_volume_energy(const Material& material);
+HYBMSS_EXPORT VolumeEnergy resolved_volume_energy(const Material& material);
 
 } // namespace hybmss

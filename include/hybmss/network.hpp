@@ -3,6 +3,7 @@
 /// \file
 /// A body of explicit springs and explicit hexahedral cells: any assembly of cells, any extra spring.
 
+#include "hybmss/export.h"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
 
@@ -13,7 +14,7 @@
 namespace hybmss {
 
 /// Explicit springs, cells and nodal masses, made from a lattice or filled by hand.
-struct Network {
+struct HYBMSS_EXPORT Network {
     struct Spring {
         std::int32_t a, b;                 ///< node indices, a != b
         double stiffness;                  ///< N/m, >= 0
@@ -37,6 +38,6 @@ struct Network {
 };
 
 /// Throws std::invalid_argument that names the entry, the value and what is allowed.
-void validate(const Network& network);
+HYBMSS_EXPORT void validate(const Network& network);
 
 } // namespace hybmss

@@ -4,6 +4,7 @@
 /// What a caller may wish of a plan, and what a plan tells of itself.
 
 #include "hybmss/accuracy.hpp"
+#include "hybmss/export.h"
 #include "hybmss/instruction_set.hpp"
 
 #include <cstddef>
@@ -14,6 +15,7 @@
 
 namespace hybmss {
 
+struct TaskRunner;
 class Wisdom;
 
 /// How a plan chooses among the layouts, instruction sets, accuracies and threads that the options leave open.
@@ -25,10 +27,10 @@ enum class Effort {
 };
 
 /// "estimate", "measure", "stored" or "random".
-std::string_view name(Effort effort);
+HYBMSS_EXPORT std::string_view name(Effort effort);
 
 /// The inverse of name(). Throws std::invalid_argument that lists the known names.
-Effort parse_effort(std::string_view text);
+HYBMSS_EXPORT Effort parse_effort(std::string_view text);
 
 struct PlanOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
@@ -47,6 +49,9 @@ struct PlanOptions {
     /// About how long, in s, `measure` may time candidates for one plan; finite and > 0.
     double measure_seconds = 0.3;
     std::uint32_t random_seed = 1;
+    /// Threads of the caller's in place of oneTBB's; null: oneTBB. Copied; what its `user` points to must live as long
+    /// as the plan. `threads` above counts as before, but no more than the runner has.
+    const TaskRunner* task_runner = nullptr;
 };
 
 /// What the tuner found of one candidate.
@@ -66,17 +71,17 @@ struct PlanDescription {
     std::size_t nodes = 0, springs = 0, cells = 0;
     std::size_t bytes = 0; ///< held by the plan itself, scratch included
     std::size_t tiles = 0; ///< independent pieces of work; fixed by the body, not by the threads
-    PlanOptions choice;    ///< what makes this very plan again, with nothing left to choose
+    PlanOptions choice;    ///< what makes this very plan again, with nothing left to choose; names no task runner
     Effort effort = Effort::estimate;
     std::string reason;                      ///< why this choice, in one line
     std::vector<CandidateFigure> candidates; ///< fastest first; empty where nothing was ever timed
 };
 
 /// One line a fact, for a person.
-std::string to_string(const PlanDescription& description);
+HYBMSS_EXPORT std::string to_string(const PlanDescription& description);
 
 /// The layouts that can be named for a lattice and for a network.
-std::vector<std::string> lattice_layouts();
-std::vector<std::string> network_layouts();
+HYBMSS_EXPORT std::vector<std::string> lattice_layouts();
+HYBMSS_EXPORT std::vector<std::string> network_layouts();
 
 } // namespace hybmss

@@ -1,8 +1,6 @@
 #pragma once
 
-#define HYBMSS_VERSION_MAJOR 0
-#define HYBMSS_VERSION_MINOR 1
-#define HYBMSS_VERSION_PATCH 0
+#include "hybmss/version.h"
 
 namespace hybmss {
 

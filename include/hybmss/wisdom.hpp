@@ -3,6 +3,8 @@
 /// \file
 /// What measuring found, to be used again: which candidate is fastest for a class of bodies on this machine.
 
+#include "hybmss/export.h"
+
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -13,14 +15,14 @@
 namespace hybmss {
 
 /// Why wisdom was refused, in one line: `FILE:LINE: reason`. Also thrown where a file cannot be read or written.
-class WisdomError : public std::runtime_error {
+class HYBMSS_EXPORT WisdomError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
 /// A set of entries, one for each class of bodies that was measured. Name it in PlanOptions::wisdom.
 ///
 /// May be used by several threads at the same time. The text is described in docs/tuning.md.
-class Wisdom {
+class HYBMSS_EXPORT Wisdom {
 public:
     Wisdom();
     Wisdom(const Wisdom&);
@@ -46,7 +48,7 @@ public:
 
 private:
     friend struct WisdomStore;
-    struct Implementation;
+    struct HYBMSS_LOCAL Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 

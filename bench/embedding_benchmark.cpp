@@ -1,0 +1,149 @@
+#include "bench/embedding_benchmark.hpp"
+
+#include "bench/interleaved.hpp"
+#include "bench/printed.hpp"
+
+#include "hybmss/force_plan.hpp"
+#include "hybmss/hybmss.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace hybmss::bench {
+
+const char* const kEmbeddingIntroduction = "Forces in float on one thread over memory of the caller's; medians of "
+                                           "interleaved rounds. `over`: how much longer a\n"
+                                           "call takes than what it is compared with, of the same round.\n";
+
+namespace {
+
+/// The forces of one box, asked for in all ways that are compared.
+class Caller {
+public:
+    explicit Caller(int edge)
+        : plan_(Lattice::box(edge, edge, edge, 0.1), Material{.poisson_ratio = 0.4}, one_thread()),
+          nodes_(plan_.node_count()), u_(3 * nodes_), f_(3 * nodes_), order_(nodes_) {
+        for (std::size_t i = 0; i < u_.size(); ++i) {
+            u_[i] = 1e-3f * static_cast<float>(i % 7);
+        }
+        std::iota(order_.begin(), order_.end(), 0u);
+        std::reverse(order_.begin(), order_.end());
+        const std::int32_t cells[3] = {edge, edge, edge};
+        hybmss_material material = hybmss_default_material();
+        material.poisson_ratio = 0.4;
+        hybmss_plan_options options = hybmss_default_plan_options();
+        options.threads = 1;
+        if (hybmss_lattice_create(cells, 0.1, nullptr, 0, &material, &body_) != HYBMSS_OK ||
+            hybmss_plan_create(body_, HYBMSS_FLOAT, &options, &c_plan_) != HYBMSS_OK) {
+            throw std::runtime_error(hybmss_last_error());
+        }
+    }
+    Caller(const Caller&) = delete;
+    Caller& operator=(const Caller&) = delete;
+    ~Caller() {
+        hybmss_plan_destroy(c_plan_);
+        hybmss_body_destroy(body_);
+    }
+
+    void separate() {
+        float *u = u_.data(), *f = f_.data();
+        plan_.add_forces(VectorField<const float>::soa(u, u + nodes_, u + 2 * nodes_, nodes_),
+                         VectorField<float>::soa(f, f + nodes_, f + 2 * nodes_, nodes_));
+    }
+    void interleaved() {
+        plan_.add_forces(VectorField<const float>::aos(u_.data(), nodes_), VectorField<float>::aos(f_.data(), nodes_));
+    }
+    void interleaved_by_c(bool mapped) {
+        hybmss_const_field u = hybmss_const_float_field(u_.data(), nodes_, 3);
+        hybmss_field f = hybmss_float_field(f_.data(), nodes_, 3);
+        u.map = f.map = mapped ? order_.data() : nullptr;
+        if (hybmss_plan_add_forces(c_plan_, &u, &f) != HYBMSS_OK) {
+            throw std::runtime_error(hybmss_last_error());
+        }
+    }
+    bool finite() const {
+        return std::all_of(f_.begin(), f_.end(), [](float value) { return std::isfinite(value); });
+    }
+
+private:
+    static PlanOptions one_thread() {
+        PlanOptions options;
+        options.threads = 1;
+        return options;
+    }
+
+    ForcePlan<float> plan_;
+    std::size_t nodes_;
+    std::vector<float> u_, f_;
+    std::vector<std::uint32_t> order_;
+    hybmss_body* body_ = nullptr;
+    hybmss_plan* c_plan_ = nullptr;
+};
+
+struct Comparison {
+    const char* name;
+    int edge; ///< cells
+    std::function<void(Caller&)> work, against;
+    const char* words;
+};
+
+void measure(benchmark::State& state, const Comparison& comparison) {
+    Caller caller(comparison.edge);
+    const auto repeated = [&](const std::function<void(Caller&)>& call) {
+        return [&](long count) {
+            for (; count > 0; --count) {
+                call(caller);
+            }
+        };
+    };
+    Interleaved interleaved({repeated(comparison.work), repeated(comparison.against)}, kSliceSeconds);
+    std::vector<double> times, ratios, differences;
+    for ([[maybe_unused]] auto _ : state) {
+        const std::vector<double> round = interleaved.next();
+        times.push_back(round[0]);
+        ratios.push_back(round[0] / round[1]);
+        differences.push_back(round[0] - round[1]);
+        state.SetIterationTime(round[0]);
+    }
+    if (!caller.finite()) {
+        state.SkipWithError("the forces are not finite");
+        return;
+    }
+    state.counters["microseconds"] = 1e6 * median(times);
+    state.counters["microseconds_over"] = 1e6 * median(differences);
+    state.counters["percent_over"] = 100 * (median(ratios) - 1);
+}
+
+} // namespace
+
+std::vector<Row> embedding_benchmark(double seconds) {
+    const auto separate = [](Caller& caller) { caller.separate(); };
+    const auto interleaved = [](Caller& caller) { caller.interleaved(); };
+    const auto by_c = [](Caller& caller) { caller.interleaved_by_c(false); };
+    const auto mapped = [](Caller& caller) { caller.interleaved_by_c(true); };
+    const Comparison comparisons[] = {
+        {"embedding/1x1x1/C", 1, by_c, interleaved, "a call in C, against C++"},
+        {"embedding/32x32x32/AoS", 32, interleaved, separate, "float3 memory, against separate arrays"},
+        {"embedding/32x32x32/AoS-C", 32, by_c, separate, "the same in C"},
+        {"embedding/32x32x32/map-C", 32, mapped, separate, "float3 in reverse order by a map, in C"}};
+    const std::string heading = printed("%-10s %-40s %10s %12s %8s", "mesh", "what", "us/call", "us over", "% over");
+    std::vector<Row> rows;
+    for (const Comparison& comparison : comparisons) {
+        rows.push_back({comparison.name, 1, heading, std::max(5L, std::lround(seconds / (2 * kSliceSeconds))),
+                        [comparison](benchmark::State& state) { measure(state, comparison); },
+                        [comparison](const auto& run) {
+                            const std::string mesh =
+                                printed("%dx%dx%d", comparison.edge, comparison.edge, comparison.edge);
+                            return printed("%-10s %-40s %10.3f %12.3f %8.1f", mesh.c_str(), comparison.words,
+                                           counter(run, "microseconds"), counter(run, "microseconds_over"),
+                                           counter(run, "percent_over"));
+                        }});
+    }
+    return rows;
+}
+
+} // namespace hybmss::bench

@@ -1,0 +1,156 @@
+#include "c_interface/body.hpp"
+
+#include "c_interface/status.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace hybmss::c_interface {
+
+VolumeEnergy volume_energy(hybmss_volume_energy number) {
+    switch (number) {
+    case HYBMSS_VOLUME_AUTOMATIC:
+        return VolumeEnergy::automatic;
+    case HYBMSS_VOLUME_QUADRATIC:
+        return VolumeEnergy::quadratic;
+    case HYBMSS_VOLUME_MEAN_STRETCH:
+        return VolumeEnergy::mean_stretch;
+    case HYBMSS_VOLUME_NONE:
+        return VolumeEnergy::none;
+    default:
+        throw std::invalid_argument("volume_energy = " + std::to_string(number) +
+                                    " is not allowed: it must be 0 to 3 (HYBMSS_VOLUME_...)");
+    }
+}
+
+Material material(const hybmss_material* given) {
+    require(given, "material");
+    const Material material = {given->young_modulus, given->poisson_ratio, given->density, given->face_diagonal_ratio,
+                               volume_energy(given->volume_energy)};
+    validate(material);
+    return material;
+}
+
+namespace {
+
+std::array<double, 3> vector_at(const double* xyz) {
+    return {xyz[0], xyz[1], xyz[2]};
+}
+
+Network network_of(const hybmss_network& given) {
+    constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max();
+    if (given.node_count > kMost || given.spring_count > kMost || given.cell_count > kMost) {
+        throw std::invalid_argument("network: at most " + std::to_string(kMost) +
+                                    " nodes, springs and cells are allowed");
+    }
+    require(given.rest_positions, "network rest_positions", given.node_count);
+    require(given.masses, "network masses", given.node_count);
+    require(given.springs, "network springs", given.spring_count);
+    require(given.cells, "network cells", given.cell_count);
+    Network network;
+    network.volume_energy = volume_energy(given.volume_energy);
+    for (std::size_t n = 0; n < given.node_count; ++n) {
+        network.rest_positions.push_back(vector_at(given.rest_positions + 3 * n));
+        network.masses.push_back(given.masses[n]);
+    }
+    for (std::size_t s = 0; s < given.spring_count; ++s) {
+        const hybmss_spring& spring = given.springs[s];
+        network.springs.push_back({spring.a, spring.b, spring.stiffness, vector_at(spring.rest_vector)});
+    }
+    for (std::size_t c = 0; c < given.cell_count; ++c) {
+        Network::Cell cell{{}, given.cells[c].kappa};
+        std::copy_n(given.cells[c].nodes, 8, cell.nodes.begin());
+        network.cells.push_back(cell);
+    }
+    validate(network);
+    return network;
+}
+
+} // namespace
+} // namespace hybmss::c_interface
+
+using namespace hybmss;
+using namespace hybmss::c_interface;
+
+extern "C" {
+
+hybmss_material hybmss_default_material(void) {
+    const Material m;
+    return {m.young_modulus, m.poisson_ratio, m.density, m.face_diagonal_ratio, HYBMSS_VOLUME_AUTOMATIC};
+}
+
+hybmss_status hybmss_lattice_create(const int32_t cells[3], double cell_size, const float* scales, size_t scale_count,
+                                    const hybmss_material* material, hybmss_body** body) {
+    return guarded([&] {
+        require(body, "body");
+        require(cells, "cells");
+        require(scales, "scales", scale_count);
+        const Material checked = c_interface::material(material);
+        Lattice lattice = scales ? Lattice::from_cells(cells[0], cells[1], cells[2], cell_size,
+                                                       std::vector<float>(scales, scales + scale_count))
+                                 : Lattice::box(cells[0], cells[1], cells[2], cell_size);
+        const std::size_t nodes = lattice.nodes().size();
+        *body = new hybmss_body{LatticeBody{std::move(lattice), checked}, nodes};
+    });
+}
+
+hybmss_status hybmss_network_create(const hybmss_network* network, hybmss_body** body) {
+    return guarded([&] {
+        require(body, "body");
+        require(network, "network");
+        Network made = network_of(*network);
+        *body = new hybmss_body{std::move(made), network->node_count};
+    });
+}
+
+void hybmss_body_destroy(hybmss_body* body) {
+    delete body;
+}
+
+hybmss_status hybmss_body_node_count(const hybmss_body* body, size_t* count) {
+    return guarded([&] {
+        require(body, "body");
+        require(count, "count");
+        *count = body->node_count;
+    });
+}
+
+hybmss_status hybmss_body_rest_positions(const hybmss_body* body, double* positions, size_t count) {
+    return guarded([&] {
+        require(body, "body");
+        require(positions, "positions", count);
+        require_count(count, 3 * body->node_count, "positions");
+        if (const auto* network = std::get_if<Network>(&body->shape)) {
+            for (const std::array<double, 3>& position : network->rest_positions) {
+                positions = std::copy(position.begin(), position.end(), positions);
+            }
+            return;
+        }
+        const Lattice& lattice = std::get<LatticeBody>(body->shape).lattice;
+        for (const std::uint32_t node : lattice.nodes()) {
+            const std::array<double, 3> position = lattice.rest_position(node);
+            positions = std::copy(position.begin(), position.end(), positions);
+        }
+    });
+}
+
+hybmss_status hybmss_body_grid_indices(const hybmss_body* body, uint32_t* indices, size_t count) {
+    return guarded([&] {
+        require(body, "body");
+        require(indices, "indices", count);
+        require_count(count, body->node_count, "indices");
+        const auto* shape = std::get_if<LatticeBody>(&body->shape);
+        if (!shape) {
+            throw std::invalid_argument("body is a network: only the nodes of a lattice have grid indices");
+        }
+        const std::vector<std::uint32_t> nodes = shape->lattice.nodes();
+        std::copy(nodes.begin(), nodes.end(), indices);
+    });
+}
+
+} // extern "C"

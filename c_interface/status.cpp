@@ -1,0 +1,91 @@
+#include "c_interface/status.hpp"
+
+#include "hybmss/version.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <stdexcept>
+
+namespace {
+
+// A fixed size: to tell of a lack of memory must not need any.
+thread_local char last_error[1024] = "";
+
+} // namespace
+
+namespace hybmss::c_interface {
+
+hybmss_status fail(hybmss_status status, const char* message) noexcept {
+    std::snprintf(last_error, sizeof last_error, "%s", message);
+    return status;
+}
+
+hybmss_status failure_of_current_exception() noexcept {
+    try {
+        throw;
+    } catch (const std::invalid_argument& error) {
+        return fail(HYBMSS_INVALID_ARGUMENT, error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(HYBMSS_OUT_OF_MEMORY, "out of memory");
+    } catch (const std::length_error&) {
+        return fail(HYBMSS_OUT_OF_MEMORY, "out of memory: more is asked for than an array can hold");
+    } catch (const std::exception& error) {
+        return fail(HYBMSS_INTERNAL_ERROR, error.what());
+    } catch (...) {
+        return fail(HYBMSS_INTERNAL_ERROR, "unknown failure");
+    }
+}
+
+void require(const void* pointer, const char* name) {
+    if (!pointer) {
+        throw std::invalid_argument(std::string(name) + " is null: it must point to something");
+    }
+}
+
+void require(const void* pointer, const char* name, std::size_t count) {
+    if (!pointer && count > 0) {
+        throw std::invalid_argument(std::string(name) + " is null: it must point to " + std::to_string(count) +
+                                    " entries");
+    }
+}
+
+void require_count(std::size_t given, std::size_t wanted, const char* name) {
+    if (given != wanted) {
+        throw std::invalid_argument(std::string(name) + ": " + std::to_string(given) + " values given, " +
+                                    std::to_string(wanted) + " needed");
+    }
+}
+
+} // namespace hybmss::c_interface
+
+extern "C" {
+
+const char* hybmss_status_name(int status) {
+    switch (status) {
+    case HYBMSS_OK:
+        return "ok";
+    case HYBMSS_INVALID_ARGUMENT:
+        return "invalid argument";
+    case HYBMSS_OUT_OF_MEMORY:
+        return "out of memory";
+    case HYBMSS_FILE_ERROR:
+        return "file error";
+    case HYBMSS_MISMATCH:
+        return "mismatch";
+    case HYBMSS_INTERNAL_ERROR:
+        return "internal error";
+    default:
+        return "unknown status";
+    }
+}
+
+const char* hybmss_last_error(void) {
+    return last_error;
+}
+
+const char* hybmss_version(void) {
+    return hybmss::kVersion;
+}
+
+} // extern "C"

@@ -1,0 +1,281 @@
+#ifndef HYBMSS_HYBMSS_H
+#define HYBMSS_HYBMSS_H
+
+/*
+ * hybmss in C99: bodies of hybrid mass-spring systems, their forces over memory of the caller's, and their motion.
+ *
+ * Every function that can fail returns a hybmss_status; hybmss_last_error() then says what was given and what is
+ * allowed. Nothing is written to an output of a call that failed, no C++ exception leaves a function, and none aborts.
+ * A null pointer is an error wherever it is not said to be allowed. SI units. Order of indices: x fastest, then y, then
+ * z.
+ *
+ * Objects are made by *_create and go by *_destroy, which takes null too. A body may go before the plans made of it.
+ * One body or plan may be used by any number of threads at the same time; a hybmss_dynamics by one at a time.
+ */
+
+#include "hybmss/export.h"
+#include "hybmss/version.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- status ---- */
+
+typedef enum hybmss_status {
+    HYBMSS_OK = 0,
+    HYBMSS_INVALID_ARGUMENT = 1, /* what was given is not allowed */
+    HYBMSS_OUT_OF_MEMORY = 2,
+    HYBMSS_FILE_ERROR = 3, /* a file cannot be read or written, is damaged, or is of another kind */
+    HYBMSS_MISMATCH = 4,   /* forces or energies differ from recorded ones by more than the tolerance */
+    HYBMSS_INTERNAL_ERROR = 5
+} hybmss_status;
+
+/* "ok", "invalid argument", ...; "unknown status" for other numbers. Never null. */
+HYBMSS_EXPORT const char* hybmss_status_name(int status);
+
+/* Why the last call on this thread that failed did so, in one line; "" before the first one. Valid until the next
+ * failure on this thread. */
+HYBMSS_EXPORT const char* hybmss_last_error(void);
+
+/* The version of the library at run time, "major.minor.patch"; HYBMSS_VERSION_MAJOR and so on are the header's. */
+HYBMSS_EXPORT const char* hybmss_version(void);
+
+/* ---- hooks ---- */
+
+/* Where large arrays come from; small things stay with C++'s operator new. The functions may be called from several
+ * threads at the same time. allocate: `bytes` > 0 aligned to `alignment` (a power of two), or null where there is no
+ * memory: the call under way then fails with HYBMSS_OUT_OF_MEMORY. release: `memory` is never null. */
+typedef struct hybmss_allocator {
+    void* (*allocate)(size_t bytes, size_t alignment, void* user);
+    void (*release)(void* memory, size_t bytes, size_t alignment, void* user);
+    void* user; /* handed back to both */
+} hybmss_allocator;
+
+/* For arrays made from now on, in the whole process; each goes back to where it came from. Null: back to the default.
+ */
+HYBMSS_EXPORT hybmss_status hybmss_set_allocator(const hybmss_allocator* allocator);
+
+/* Threads of the caller's in place of oneTBB's: enqueue arranges that task(context) runs exactly once, at the latest
+ * within finish, and returns a handle; null means that it ran serially, within enqueue. finish is called once for every
+ * handle that is not null, on the thread that enqueued it, and returns when its task has run. Tasks may run at any time
+ * in between, on any thread: results are the same to the bit. */
+typedef struct hybmss_task_runner {
+    int threads; /* at most, at work on one call, the caller's included; >= 1 */
+    void* (*enqueue)(void (*task)(void* context), void* context, void* user);
+    void (*finish)(void* handle, void* user);
+    void* user; /* handed back to both; what it points to must live as long as the plans made with it */
+} hybmss_task_runner;
+
+/* ---- materials and bodies ---- */
+
+/* Numbers that the caller gives are plain integers, so that a wrong one is an error and not undefined. */
+typedef int32_t hybmss_volume_energy;
+enum {
+    HYBMSS_VOLUME_AUTOMATIC = 0,    /* quadratic for nu >= 1/4, mean stretch below */
+    HYBMSS_VOLUME_QUADRATIC = 1,    /* phi = (J - 1)^2 / 2 */
+    HYBMSS_VOLUME_MEAN_STRETCH = 2, /* phi = 9/2 (cbrt(J) - 1)^2 */
+    HYBMSS_VOLUME_NONE = 3          /* springs only */
+};
+
+typedef struct hybmss_material {
+    double young_modulus;       /* Pa, > 0 */
+    double poisson_ratio;       /* in (-1, 1/2) */
+    double density;             /* kg/m^3, > 0 */
+    double face_diagonal_ratio; /* A = k_f / k_c >= 0; 0: no face diagonals */
+    hybmss_volume_energy volume_energy;
+} hybmss_material;
+
+/* E = 1e4 Pa, nu = 0.25, 1000 kg/m^3, A = 1, automatic. */
+HYBMSS_EXPORT hybmss_material hybmss_default_material(void);
+
+/* A body at rest: its shape and its material. Immutable. */
+typedef struct hybmss_body hybmss_body;
+
+/* cells[0] x cells[1] x cells[2] cubic cells with edges of `cell_size` m; the low corner is the origin. `scales`: a
+ * stiffness scale for every cell, finite and >= 0 (0: no cell there), `scale_count` = the number of cells; null and 0
+ * for a full box. Copied. The body's nodes are the grid nodes that touch a cell, in the grid's order. */
+HYBMSS_EXPORT hybmss_status hybmss_lattice_create(const int32_t cells[3], double cell_size, const float* scales,
+                                                  size_t scale_count, const hybmss_material* material,
+                                                  hybmss_body** body);
+
+typedef struct hybmss_spring {
+    int32_t a, b;          /* nodes, a != b */
+    double stiffness;      /* N/m, >= 0 */
+    double rest_vector[3]; /* X_b - X_a, m, not zero */
+} hybmss_spring;
+
+/* A hexahedron; bit 0 of a corner's number: high side in x, bit 1: y, bit 2: z. */
+typedef struct hybmss_cell {
+    int32_t nodes[8];
+    double kappa; /* Pa; energy kappa V0 phi(V'/V0) */
+} hybmss_cell;
+
+/* Explicit springs and cells. All arrays are copied. */
+typedef struct hybmss_network {
+    const double* rest_positions; /* x y z a node, m */
+    const double* masses;         /* one a node, kg, > 0 */
+    size_t node_count;
+    const hybmss_spring* springs; /* may be null where spring_count is 0 */
+    size_t spring_count;
+    const hybmss_cell* cells; /* may be null where cell_count is 0 */
+    size_t cell_count;
+    hybmss_volume_energy volume_energy; /* quadratic or mean stretch where there are cells */
+} hybmss_network;
+
+HYBMSS_EXPORT hybmss_status hybmss_network_create(const hybmss_network* network, hybmss_body** body);
+HYBMSS_EXPORT void hybmss_body_destroy(hybmss_body* body);
+
+HYBMSS_EXPORT hybmss_status hybmss_body_node_count(const hybmss_body* body, size_t* count);
+/* Writes x y z a node, m, to an array of 3 * the node count values; `count` is that of the values given. */
+HYBMSS_EXPORT hybmss_status hybmss_body_rest_positions(const hybmss_body* body, double* positions, size_t count);
+/* Of a lattice: writes the grid index i + (nx + 1) (j + (ny + 1) k) of every node, ascending, to `count` = node count
+ * values. */
+HYBMSS_EXPORT hybmss_status hybmss_body_grid_indices(const hybmss_body* body, uint32_t* indices, size_t count);
+
+/* ---- fields over memory of the caller's ---- */
+
+typedef int32_t hybmss_precision;
+enum { HYBMSS_FLOAT = 0, HYBMSS_DOUBLE = 1 };
+
+/* One vector a node: component x of entry n is x[n * stride], likewise y and z, float or double as `precision` says.
+ * SoA has stride 1, interleaved x y z stride 3; any stride >= 1 will do, so members of a struct whose size is a
+ * multiple of the component's are fields too. `count` is the number of entries that may be touched.
+ *
+ * `map` is the caller's own order: null where entry n is node n (`count` is then the body's node count), else one
+ * number below `count` for every node of the body: node n is entry map[n]. Entries that no node maps to stay as they
+ * are. */
+typedef struct hybmss_field {
+    hybmss_precision precision;
+    void *x, *y, *z;
+    ptrdiff_t stride; /* in components, not bytes */
+    size_t count;
+    const uint32_t* map;
+} hybmss_field;
+
+/* The same, to read only. */
+typedef struct hybmss_const_field {
+    hybmss_precision precision;
+    const void *x, *y, *z;
+    ptrdiff_t stride;
+    size_t count;
+    const uint32_t* map;
+} hybmss_const_field;
+
+/* Interleaved memory: x y z (stride 3), x y z w (stride 4) or the like, in the body's order. */
+static inline hybmss_field hybmss_float_field(float* xyz, size_t count, ptrdiff_t stride) {
+    hybmss_field field = {HYBMSS_FLOAT, xyz, xyz ? xyz + 1 : NULL, xyz ? xyz + 2 : NULL, stride, count, NULL};
+    return field;
+}
+static inline hybmss_field hybmss_double_field(double* xyz, size_t count, ptrdiff_t stride) {
+    hybmss_field field = {HYBMSS_DOUBLE, xyz, xyz ? xyz + 1 : NULL, xyz ? xyz + 2 : NULL, stride, count, NULL};
+    return field;
+}
+static inline hybmss_const_field hybmss_const_float_field(const float* xyz, size_t count, ptrdiff_t stride) {
+    hybmss_const_field field = {HYBMSS_FLOAT, xyz, xyz ? xyz + 1 : NULL, xyz ? xyz + 2 : NULL, stride, count, NULL};
+    return field;
+}
+static inline hybmss_const_field hybmss_const_double_field(const double* xyz, size_t count, ptrdiff_t stride) {
+    hybmss_const_field field = {HYBMSS_DOUBLE, xyz, xyz ? xyz + 1 : NULL, xyz ? xyz + 2 : NULL, stride, count, NULL};
+    return field;
+}
+
+/* ---- plans: forces, energy, second derivatives ---- */
+
+typedef struct hybmss_plan_options {
+    const char* instruction_set; /* "sse2", "avx2", "avx512", "neon"; null or "automatic": the best there is */
+    const char* layout;          /* null or "": the plan's own choice */
+    int exact;                   /* 0 or 1; 1: the same bits on every processor with the instruction set */
+    int threads;                 /* at most; 0: all. The results do not depend on it. */
+    int measure;                 /* 0 or 1; 1: times the candidates (a third of a second) and takes the fastest */
+    const hybmss_task_runner* task_runner; /* null: oneTBB. Copied. */
+} hybmss_plan_options;
+
+/* Everything left to the plan, and oneTBB. */
+HYBMSS_EXPORT hybmss_plan_options hybmss_default_plan_options(void);
+
+typedef struct hybmss_plan hybmss_plan;
+
+/* `options` may be null: the defaults. */
+HYBMSS_EXPORT hybmss_status hybmss_plan_create(const hybmss_body* body, hybmss_precision precision,
+                                               const hybmss_plan_options* options, hybmss_plan** plan);
+HYBMSS_EXPORT void hybmss_plan_destroy(hybmss_plan* plan);
+
+/* Adds to `forces` (N) the internal forces at the displacements from rest (m). Fields have the plan's precision. Values
+ * are not looked at: a node that is not finite spoils those that share a cell or a spring with it, and no others. */
+HYBMSS_EXPORT hybmss_status hybmss_plan_add_forces(const hybmss_plan* plan, const hybmss_const_field* displacements,
+                                                   const hybmss_field* forces);
+/* J, summed in double. Either output may be null. */
+HYBMSS_EXPORT hybmss_status hybmss_plan_energy(const hybmss_plan* plan, const hybmss_const_field* displacements,
+                                               double* springs, double* volume);
+/* Adds K p to `product`, K = d^2 W / du^2 (N/m) at the displacements, p the direction (m). */
+HYBMSS_EXPORT hybmss_status hybmss_plan_add_hessian_product(const hybmss_plan* plan,
+                                                            const hybmss_const_field* displacements,
+                                                            const hybmss_const_field* direction,
+                                                            const hybmss_field* product);
+/* A guaranteed lower bound of the largest stable explicit step near rest, s. */
+HYBMSS_EXPORT hybmss_status hybmss_plan_critical_time_step(const hybmss_plan* plan, double* time_step);
+/* What the plan chose, one fact a line, ended by a null character: at most `capacity` bytes with it, cut where the text
+ * is longer. `length` (may be null) becomes the length of the whole text; `text` may be null where `capacity` is 0. */
+HYBMSS_EXPORT hybmss_status hybmss_plan_describe(const hybmss_plan* plan, char* text, size_t capacity, size_t* length);
+
+/* ---- motion ---- */
+
+/* A body that moves by semi-implicit Euler steps and owns its state: v <- (v + dt (f/m + g)) / (1 + dt c), u <- u + dt
+ * v. Starts at rest. */
+typedef struct hybmss_dynamics hybmss_dynamics;
+
+typedef struct hybmss_step_parameters {
+    double time_step;       /* s, > 0 */
+    double acceleration[3]; /* m/s^2 */
+    double mass_damping;    /* c, 1/s, >= 0 */
+} hybmss_step_parameters;
+
+/* Displacement (m) and velocity (m/s) of a node, held along the axes given: bit 0 is x, bit 1 y, bit 2 z. */
+typedef struct hybmss_prescribed_node {
+    uint32_t node;
+    uint32_t axes; /* 0 to 7 */
+    double displacement[3];
+    double velocity[3];
+} hybmss_prescribed_node;
+
+typedef struct hybmss_nodal_load {
+    uint32_t node;
+    double force[3]; /* N */
+} hybmss_nodal_load;
+
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_create(const hybmss_body* body, hybmss_precision precision,
+                                                   const hybmss_plan_options* options, hybmss_dynamics** dynamics);
+HYBMSS_EXPORT void hybmss_dynamics_destroy(hybmss_dynamics* dynamics);
+
+/* Replace the whole list. `nodes` and `loads` may be null where `count` is 0. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_prescribe(hybmss_dynamics* dynamics, const hybmss_prescribed_node* nodes,
+                                                      size_t count);
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_load(hybmss_dynamics* dynamics, const hybmss_nodal_load* loads,
+                                                 size_t count);
+/* Takes `count` >= 0 steps. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters,
+                                                 int64_t count);
+
+/* Fields have the precision of the dynamics. What is set must be finite. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_get_displacements(const hybmss_dynamics* dynamics, const hybmss_field* out);
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_get_velocities(const hybmss_dynamics* dynamics, const hybmss_field* out);
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_get_forces(const hybmss_dynamics* dynamics, const hybmss_field* out);
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_displacements(hybmss_dynamics* dynamics, const hybmss_const_field* in);
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_velocities(hybmss_dynamics* dynamics, const hybmss_const_field* in);
+
+/* J. Any of the outputs may be null. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_energies(const hybmss_dynamics* dynamics, double* springs, double* volume,
+                                                     double* kinetic);
+/* kg, one a node; `count` is that of the values given. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_masses(const hybmss_dynamics* dynamics, double* masses, size_t count);
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_critical_time_step(const hybmss_dynamics* dynamics, double* time_step);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,5 @@
+#pragma once
+
+#define HYBMSS_VERSION_MAJOR 0
+#define HYBMSS_VERSION_MINOR 1
+#define HYBMSS_VERSION_PATCH 0

@@ -1,0 +1,500 @@
+/* The C interface from C99: what it computes, and that every wrong argument ends in a status and one line. */
+
+#define _POSIX_C_SOURCE 200112L /* posix_memalign */
+
+#include "hybmss/hybmss.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int failures = 0;
+
+#define EXPECT(condition)                                                                                              \
+    do {                                                                                                               \
+        if (!(condition)) {                                                                                            \
+            printf("%s:%d: FAILED: %s (last error: %s)\n", __FILE__, __LINE__, #condition, hybmss_last_error());       \
+            ++failures;                                                                                                \
+        }                                                                                                              \
+    } while (0)
+#define OK(call) EXPECT((call) == HYBMSS_OK)
+/* The call is refused, and the message holds the words. */
+#define REFUSED(call, words) EXPECT((call) == HYBMSS_INVALID_ARGUMENT && strstr(hybmss_last_error(), words))
+
+enum { NX = 3, NY = 4, NZ = 5, NODES = (NX + 1) * (NY + 1) * (NZ + 1) };
+
+static hybmss_body* box(void) {
+    const int32_t cells[3] = {NX, NY, NZ};
+    hybmss_material material = hybmss_default_material();
+    hybmss_body* body = NULL;
+    material.poisson_ratio = 0.4;
+    OK(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &body));
+    return body;
+}
+
+static hybmss_plan* plan_of(const hybmss_body* body, hybmss_precision precision) {
+    hybmss_plan* plan = NULL;
+    OK(hybmss_plan_create(body, precision, NULL, &plan));
+    return plan;
+}
+
+static void fill(double* u, size_t count) {
+    unsigned state = 12345;
+    size_t i;
+    for (i = 0; i < count; ++i) {
+        state = state * 1103515245u + 12345u;
+        u[i] = 0.05 * ((double)(state >> 16 & 0x7fff) / 32768.0 - 0.5);
+    }
+}
+
+static void bodies(void) {
+    const int32_t cells[3] = {NX, NY, NZ}, empty[3] = {0, 1, 1}, two[3] = {2, 1, 1};
+    const float scales[2] = {0, 1}, bad[2] = {1, -1}, not_a_number[2] = {1, NAN};
+    hybmss_material material = hybmss_default_material();
+    hybmss_body *body = NULL, *untouched = NULL;
+    double positions[3 * 8];
+    uint32_t indices[8];
+    size_t count = 0;
+
+    OK(hybmss_lattice_create(two, 0.5, scales, 2, &material, &body));
+    OK(hybmss_body_node_count(body, &count));
+    EXPECT(count == 8);
+    OK(hybmss_body_rest_positions(body, positions, 24));
+    EXPECT(positions[0] == 0.5 && positions[1] == 0 && positions[21] == 1 && positions[23] == 0.5);
+    OK(hybmss_body_grid_indices(body, indices, 8));
+    EXPECT(indices[0] == 1 && indices[1] == 2 && indices[7] == 11);
+    REFUSED(hybmss_body_node_count(NULL, &count), "body is null");
+    REFUSED(hybmss_body_node_count(body, NULL), "count is null");
+    REFUSED(hybmss_body_rest_positions(NULL, positions, 24), "body is null");
+    REFUSED(hybmss_body_rest_positions(body, NULL, 24), "positions is null");
+    REFUSED(hybmss_body_rest_positions(body, positions, 8), "8 values given, 24 needed");
+    REFUSED(hybmss_body_grid_indices(NULL, indices, 8), "body is null");
+    REFUSED(hybmss_body_grid_indices(body, NULL, 8), "indices is null");
+    REFUSED(hybmss_body_grid_indices(body, indices, 7), "7 values given, 8 needed");
+    hybmss_body_destroy(body);
+    hybmss_body_destroy(NULL);
+
+    REFUSED(hybmss_lattice_create(NULL, 0.5, NULL, 0, &material, &untouched), "cells is null");
+    REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, NULL, &untouched), "material is null");
+    REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, NULL), "body is null");
+    REFUSED(hybmss_lattice_create(empty, 0.5, NULL, 0, &material, &untouched), "each count must be at least 1");
+    REFUSED(hybmss_lattice_create(cells, NAN, NULL, 0, &material, &untouched), "cell_size");
+    REFUSED(hybmss_lattice_create(two, 0.5, NULL, 2, &material, &untouched), "scales is null");
+    REFUSED(hybmss_lattice_create(two, 0.5, scales, 1, &material, &untouched), "1 values given, 2 needed");
+    REFUSED(hybmss_lattice_create(two, 0.5, bad, 2, &material, &untouched), "cell scale");
+    REFUSED(hybmss_lattice_create(two, 0.5, not_a_number, 2, &material, &untouched), "cell scale");
+    material.poisson_ratio = 0.5;
+    REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "poisson_ratio = 0.5");
+    material = hybmss_default_material();
+    material.young_modulus = NAN;
+    REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "young_modulus");
+    material = hybmss_default_material();
+    material.volume_energy = 7;
+    REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "volume_energy = 7");
+    EXPECT(untouched == NULL);
+}
+
+static void networks(void) {
+    const double positions[6] = {0, 0, 0, 1, 0, 0}, masses[2] = {1, 1}, weightless[2] = {1, 0};
+    hybmss_spring spring = {0, 1, 10.0, {1, 0, 0}};
+    hybmss_network network = {NULL, NULL, 2, NULL, 1, NULL, 0, HYBMSS_VOLUME_QUADRATIC};
+    double u[6] = {0, 0, 0, 0.5, 0, 0}, f[6] = {0};
+    const hybmss_const_field displacements = hybmss_const_double_field(u, 2, 3);
+    const hybmss_field forces = hybmss_double_field(f, 2, 3);
+    hybmss_body* body = NULL;
+    hybmss_plan* plan;
+    uint32_t index[2];
+
+    network.masses = masses;
+    network.springs = &spring;
+    REFUSED(hybmss_network_create(NULL, &body), "network is null");
+    REFUSED(hybmss_network_create(&network, &body), "rest_positions is null");
+    network.rest_positions = positions;
+    REFUSED(hybmss_network_create(&network, NULL), "body is null");
+    network.masses = weightless;
+    REFUSED(hybmss_network_create(&network, &body), "mass of node 1");
+    network.masses = masses;
+    spring.b = 2;
+    REFUSED(hybmss_network_create(&network, &body), "spring 0");
+    spring.b = 1;
+    network.cell_count = 1;
+    REFUSED(hybmss_network_create(&network, &body), "cells is null");
+    network.cell_count = (size_t)-1;
+    REFUSED(hybmss_network_create(&network, &body), "at most");
+    network.cell_count = 0;
+    network.volume_energy = -1;
+    REFUSED(hybmss_network_create(&network, &body), "volume_energy = -1");
+    network.volume_energy = HYBMSS_VOLUME_QUADRATIC;
+    EXPECT(body == NULL);
+
+    OK(hybmss_network_create(&network, &body));
+    REFUSED(hybmss_body_grid_indices(body, index, 2), "network");
+    plan = plan_of(body, HYBMSS_DOUBLE);
+    OK(hybmss_plan_add_forces(plan, &displacements, &forces));
+    EXPECT(fabs(f[0] - 5) < 1e-12 && fabs(f[3] + 5) < 1e-12); /* k (1 - l/|d|) d */
+    hybmss_plan_destroy(plan);
+    hybmss_body_destroy(body);
+}
+
+/* Interleaved, separate and mapped memory give the same forces, in float and double. */
+static void layouts(void) {
+    hybmss_body* body = box();
+    hybmss_plan* plan = plan_of(body, HYBMSS_DOUBLE);
+    static double u[3 * NODES], f[3 * NODES], separate[3][NODES], result[3][NODES], mixed_u[8 * NODES],
+        mixed_f[8 * NODES];
+    static uint32_t map[NODES];
+    hybmss_const_field in;
+    hybmss_field out;
+    size_t n, c;
+    double springs = 0, volume = 0, mapped_springs = 0, sum[3] = {0, 0, 0};
+
+    fill(u, 3 * NODES);
+    in = hybmss_const_double_field(u, NODES, 3);
+    out = hybmss_double_field(f, NODES, 3);
+    OK(hybmss_plan_add_forces(plan, &in, &out));
+    OK(hybmss_plan_energy(plan, &in, &springs, &volume));
+    OK(hybmss_plan_energy(plan, &in, NULL, NULL));
+    EXPECT(springs > 0 && volume > 0);
+    for (n = 0; n < NODES; ++n) {
+        for (c = 0; c < 3; ++c) {
+            sum[c] += f[3 * n + c];
+            separate[c][n] = u[3 * n + c];
+        }
+    }
+    EXPECT(fabs(sum[0]) + fabs(sum[1]) + fabs(sum[2]) < 1e-9); /* a free body */
+    EXPECT(f[0] != 0);
+
+    in.x = separate[0], in.y = separate[1], in.z = separate[2], in.stride = 1;
+    out.x = result[0], out.y = result[1], out.z = result[2], out.stride = 1;
+    OK(hybmss_plan_add_forces(plan, &in, &out));
+    for (n = 0; n < NODES; ++n) {
+        for (c = 0; c < 3; ++c) {
+            EXPECT(result[c][n] == f[3 * n + c]);
+        }
+    }
+
+    /* Backwards, with a gap after every entry, and one entry more than the body has nodes. */
+    for (n = 0; n < NODES; ++n) {
+        map[n] = (uint32_t)(NODES - n);
+        memcpy(mixed_u + 4 * map[n], u + 3 * n, 3 * sizeof(double));
+    }
+    mixed_f[0] = 42;
+    mixed_f[7] = 43;
+    in = hybmss_const_double_field(mixed_u, NODES + 1, 4);
+    in.map = map;
+    out = hybmss_double_field(mixed_f, NODES + 1, 4);
+    out.map = map;
+    OK(hybmss_plan_add_forces(plan, &in, &out));
+    OK(hybmss_plan_energy(plan, &in, &mapped_springs, NULL));
+    EXPECT(mapped_springs == springs);
+    for (n = 0; n < NODES; ++n) {
+        EXPECT(memcmp(mixed_f + 4 * map[n], f + 3 * n, 3 * sizeof(double)) == 0);
+    }
+    EXPECT(mixed_f[0] == 42 && mixed_f[7] == 43);
+    /* They are added. */
+    OK(hybmss_plan_add_forces(plan, &in, &out));
+    EXPECT(mixed_f[4 * map[0]] == 2 * f[0]);
+    hybmss_plan_destroy(plan);
+
+    {
+        static float u_float[3 * NODES], f_float[3 * NODES];
+        hybmss_const_field in_float = hybmss_const_float_field(u_float, NODES, 3);
+        hybmss_field out_float = hybmss_float_field(f_float, NODES, 3);
+        double largest = 0, error = 0;
+        for (n = 0; n < 3 * NODES; ++n) {
+            u_float[n] = (float)u[n];
+        }
+        plan = plan_of(body, HYBMSS_FLOAT);
+        OK(hybmss_plan_add_forces(plan, &in_float, &out_float));
+        for (n = 0; n < 3 * NODES; ++n) {
+            largest = fmax(largest, fabs(f[n]));
+            error = fmax(error, fabs(f[n] - (double)f_float[n]));
+        }
+        EXPECT(error < 1e-5 * largest); /* some ten roundings of float */
+        hybmss_plan_destroy(plan);
+    }
+    hybmss_body_destroy(body);
+}
+
+/* K p is what the forces change by. */
+static void second_derivatives(void) {
+    hybmss_body* body = box();
+    hybmss_plan* plan = plan_of(body, HYBMSS_DOUBLE);
+    static double u[3 * NODES], v[3 * NODES], p[3 * NODES], f[3 * NODES], g[3 * NODES], product[3 * NODES];
+    hybmss_const_field at_u = hybmss_const_double_field(u, NODES, 3), at_v = hybmss_const_double_field(v, NODES, 3),
+                       direction = hybmss_const_double_field(p, NODES, 3);
+    hybmss_field to_f = hybmss_double_field(f, NODES, 3), to_g = hybmss_double_field(g, NODES, 3),
+                 to_product = hybmss_double_field(product, NODES, 3);
+    double largest = 0, error = 0;
+    size_t i;
+    fill(u, 3 * NODES);
+    for (i = 0; i < 3 * NODES; ++i) {
+        p[i] = u[3 * NODES - 1 - i];
+        v[i] = u[i] + 1e-6 * p[i];
+        u[i] -= 1e-6 * p[i];
+    }
+    OK(hybmss_plan_add_forces(plan, &at_u, &to_f));
+    OK(hybmss_plan_add_forces(plan, &at_v, &to_g));
+    for (i = 0; i < 3 * NODES; ++i) {
+        u[i] += 1e-6 * p[i];
+    }
+    OK(hybmss_plan_add_hessian_product(plan, &at_u, &direction, &to_product));
+    for (i = 0; i < 3 * NODES; ++i) {
+        largest = fmax(largest, fabs(product[i]));
+        error = fmax(error, fabs(product[i] - (f[i] - g[i]) / 2e-6));
+    }
+    EXPECT(largest > 0 && error < 1e-6 * largest);
+    REFUSED(hybmss_plan_add_hessian_product(NULL, &at_u, &direction, &to_product), "plan is null");
+    REFUSED(hybmss_plan_add_hessian_product(plan, NULL, &direction, &to_product), "displacements is null");
+    REFUSED(hybmss_plan_add_hessian_product(plan, &at_u, NULL, &to_product), "direction is null");
+    REFUSED(hybmss_plan_add_hessian_product(plan, &at_u, &direction, NULL), "product is null");
+    hybmss_plan_destroy(plan);
+    hybmss_body_destroy(body);
+}
+
+static void refused_fields(void) {
+    hybmss_body* body = box();
+    hybmss_plan *plan = plan_of(body, HYBMSS_FLOAT), *none = NULL;
+    static float u[3 * NODES], f[3 * NODES];
+    static uint32_t map[NODES];
+    const hybmss_const_field good = hybmss_const_float_field(u, NODES, 3);
+    const hybmss_field out = hybmss_float_field(f, NODES, 3);
+    hybmss_const_field bad;
+    hybmss_field worse;
+    hybmss_plan_options options = hybmss_default_plan_options();
+    hybmss_task_runner runner = {0, NULL, NULL, NULL};
+    char text[16];
+    size_t length = 0;
+    double dt = 0;
+
+    REFUSED(hybmss_plan_create(NULL, HYBMSS_FLOAT, NULL, &none), "body is null");
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, NULL, NULL), "plan is null");
+    REFUSED(hybmss_plan_create(body, 2, NULL, &none), "precision = 2");
+    options.threads = -1;
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "threads = -1");
+    options = hybmss_default_plan_options();
+    options.exact = 2;
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "exact = 2");
+    options = hybmss_default_plan_options();
+    options.measure = -1;
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "measure = -1");
+    options = hybmss_default_plan_options();
+    options.layout = "spiral";
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "spiral");
+    options = hybmss_default_plan_options();
+    options.instruction_set = "mmx";
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "mmx");
+    options = hybmss_default_plan_options();
+    options.task_runner = &runner;
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "task_runner");
+    EXPECT(none == NULL);
+
+    REFUSED(hybmss_plan_add_forces(NULL, &good, &out), "plan is null");
+    REFUSED(hybmss_plan_add_forces(plan, NULL, &out), "displacements is null");
+    REFUSED(hybmss_plan_add_forces(plan, &good, NULL), "forces is null");
+    REFUSED(hybmss_plan_energy(NULL, &good, NULL, NULL), "plan is null");
+    REFUSED(hybmss_plan_energy(plan, NULL, NULL, NULL), "displacements is null");
+    bad = good, bad.precision = HYBMSS_DOUBLE;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "precision = 1");
+    bad = good, bad.precision = -5;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "precision = -5");
+    bad = good, bad.count = NODES - 1;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "count = 119");
+    bad = good, bad.stride = 0;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "stride = 0");
+    bad = good, bad.stride = -3;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "stride = -3");
+    bad = good, bad.stride = PTRDIFF_MAX;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "more than there is memory");
+    bad = good, bad.y = NULL;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "y is null");
+    bad = good, bad.z = (const char*)good.z + 1;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "z is not aligned");
+    bad = good, bad.map = map, map[3] = NODES;
+    REFUSED(hybmss_plan_add_forces(plan, &bad, &out), "map[3] = 120");
+    map[3] = 0;
+    worse = out, worse.x = worse.y;
+    REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "different memory");
+    worse = out, worse.precision = HYBMSS_DOUBLE;
+    REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "forces: precision");
+
+    REFUSED(hybmss_plan_critical_time_step(NULL, &dt), "plan is null");
+    REFUSED(hybmss_plan_critical_time_step(plan, NULL), "time_step is null");
+    OK(hybmss_plan_critical_time_step(plan, &dt));
+    EXPECT(dt > 0);
+    REFUSED(hybmss_plan_describe(NULL, text, sizeof text, &length), "plan is null");
+    REFUSED(hybmss_plan_describe(plan, NULL, 10, &length), "text is null");
+    OK(hybmss_plan_describe(plan, NULL, 0, &length));
+    EXPECT(length > sizeof text);
+    OK(hybmss_plan_describe(plan, text, sizeof text, NULL));
+    EXPECT(strlen(text) == sizeof text - 1);
+    hybmss_plan_destroy(plan);
+    hybmss_plan_destroy(NULL);
+    hybmss_body_destroy(body);
+}
+
+/* Hangs from one held face under gravity, and conserves what it should. */
+static void motion(void) {
+    hybmss_body* body = box();
+    hybmss_dynamics *dynamics = NULL, *none = NULL;
+    hybmss_step_parameters parameters = {0, {0, 0, -10}, 0};
+    hybmss_prescribed_node held = {0, 7, {0, 0, 0}, {0, 0, 0}};
+    hybmss_nodal_load load = {NODES - 1, {1, 0, 0}};
+    static double u[3 * NODES], v[3 * NODES], masses[NODES];
+    hybmss_field to_u = hybmss_double_field(u, NODES, 3), to_v = hybmss_double_field(v, NODES, 3);
+    hybmss_const_field from_u = hybmss_const_double_field(u, NODES, 3);
+    double dt = 0, springs = -1, volume = -1, kinetic = -1, mass = 0, momentum = 0;
+    size_t n;
+
+    REFUSED(hybmss_dynamics_create(NULL, HYBMSS_DOUBLE, NULL, &none), "body is null");
+    REFUSED(hybmss_dynamics_create(body, HYBMSS_DOUBLE, NULL, NULL), "dynamics is null");
+    REFUSED(hybmss_dynamics_create(body, 9, NULL, &none), "precision = 9");
+    EXPECT(none == NULL);
+    OK(hybmss_dynamics_create(body, HYBMSS_DOUBLE, NULL, &dynamics));
+    OK(hybmss_dynamics_critical_time_step(dynamics, &dt));
+    parameters.time_step = dt / 2;
+
+    /* Free fall: every node's speed is g t, and momentum is mass times that. */
+    OK(hybmss_dynamics_step(dynamics, &parameters, 10));
+    OK(hybmss_dynamics_get_velocities(dynamics, &to_v));
+    OK(hybmss_dynamics_masses(dynamics, masses, NODES));
+    for (n = 0; n < NODES; ++n) {
+        mass += masses[n];
+        momentum += masses[n] * v[3 * n + 2];
+    }
+    EXPECT(fabs(mass - 1000 * NX * NY * NZ * 0.125) < 1e-9);
+    EXPECT(fabs(momentum / mass + 10 * 10 * parameters.time_step) < 1e-12);
+    OK(hybmss_dynamics_energies(dynamics, &springs, &volume, &kinetic));
+    EXPECT(kinetic > 0 && springs >= 0 && springs < 1e-20 && volume < 1e-20);
+    OK(hybmss_dynamics_energies(dynamics, NULL, NULL, NULL));
+
+    /* Held and loaded nodes. */
+    OK(hybmss_dynamics_prescribe(dynamics, &held, 1));
+    OK(hybmss_dynamics_load(dynamics, &load, 1));
+    OK(hybmss_dynamics_step(dynamics, &parameters, 5));
+    OK(hybmss_dynamics_get_displacements(dynamics, &to_u));
+    EXPECT(u[0] == 0 && u[1] == 0 && u[2] == 0 && u[3 * (NODES - 1)] > 0);
+    OK(hybmss_dynamics_get_forces(dynamics, &to_v));
+    OK(hybmss_dynamics_prescribe(dynamics, NULL, 0));
+    OK(hybmss_dynamics_load(dynamics, NULL, 0));
+    OK(hybmss_dynamics_set_displacements(dynamics, &from_u));
+    OK(hybmss_dynamics_set_velocities(dynamics, &from_u));
+
+    REFUSED(hybmss_dynamics_prescribe(NULL, &held, 1), "dynamics is null");
+    REFUSED(hybmss_dynamics_prescribe(dynamics, NULL, 1), "nodes is null");
+    held.axes = 8;
+    REFUSED(hybmss_dynamics_prescribe(dynamics, &held, 1), "axes");
+    held.axes = 7, held.node = NODES;
+    REFUSED(hybmss_dynamics_prescribe(dynamics, &held, 1), "prescribed node 120");
+    held.node = 0, held.displacement[1] = NAN;
+    REFUSED(hybmss_dynamics_prescribe(dynamics, &held, 1), "prescribed displacement");
+    REFUSED(hybmss_dynamics_load(NULL, &load, 1), "dynamics is null");
+    REFUSED(hybmss_dynamics_load(dynamics, NULL, 1), "loads is null");
+    load.node = NODES;
+    REFUSED(hybmss_dynamics_load(dynamics, &load, 1), "loaded node 120");
+    load.node = 0, load.force[2] = INFINITY;
+    REFUSED(hybmss_dynamics_load(dynamics, &load, 1), "not finite");
+    REFUSED(hybmss_dynamics_step(NULL, &parameters, 1), "dynamics is null");
+    REFUSED(hybmss_dynamics_step(dynamics, NULL, 1), "parameters is null");
+    REFUSED(hybmss_dynamics_step(dynamics, &parameters, -1), "count = -1");
+    parameters.time_step = NAN;
+    REFUSED(hybmss_dynamics_step(dynamics, &parameters, 1), "time_step");
+    parameters.time_step = dt / 2, parameters.acceleration[0] = NAN;
+    REFUSED(hybmss_dynamics_step(dynamics, &parameters, 1), "acceleration");
+    parameters.acceleration[0] = 0, parameters.mass_damping = -1;
+    REFUSED(hybmss_dynamics_step(dynamics, &parameters, 1), "damping");
+    REFUSED(hybmss_dynamics_get_displacements(NULL, &to_u), "dynamics is null");
+    REFUSED(hybmss_dynamics_get_displacements(dynamics, NULL), "out is null");
+    REFUSED(hybmss_dynamics_get_velocities(NULL, &to_u), "dynamics is null");
+    REFUSED(hybmss_dynamics_get_velocities(dynamics, NULL), "out is null");
+    REFUSED(hybmss_dynamics_get_forces(NULL, &to_u), "dynamics is null");
+    REFUSED(hybmss_dynamics_get_forces(dynamics, NULL), "out is null");
+    REFUSED(hybmss_dynamics_set_displacements(NULL, &from_u), "dynamics is null");
+    REFUSED(hybmss_dynamics_set_displacements(dynamics, NULL), "in is null");
+    REFUSED(hybmss_dynamics_set_velocities(NULL, &from_u), "dynamics is null");
+    REFUSED(hybmss_dynamics_set_velocities(dynamics, NULL), "in is null");
+    u[4] = NAN;
+    REFUSED(hybmss_dynamics_set_displacements(dynamics, &from_u), "displacement of node 1");
+    REFUSED(hybmss_dynamics_set_velocities(dynamics, &from_u), "velocity of node 1");
+    REFUSED(hybmss_dynamics_energies(NULL, NULL, NULL, NULL), "dynamics is null");
+    REFUSED(hybmss_dynamics_masses(NULL, masses, NODES), "dynamics is null");
+    REFUSED(hybmss_dynamics_masses(dynamics, NULL, NODES), "masses is null");
+    REFUSED(hybmss_dynamics_masses(dynamics, masses, 1), "1 values given, 120 needed");
+    REFUSED(hybmss_dynamics_critical_time_step(NULL, &dt), "dynamics is null");
+    REFUSED(hybmss_dynamics_critical_time_step(dynamics, NULL), "time_step is null");
+    hybmss_dynamics_destroy(dynamics);
+    hybmss_dynamics_destroy(NULL);
+    hybmss_body_destroy(body);
+}
+
+/* ---- hooks ---- */
+
+struct arena {
+    long taken, given_back;
+    int left; /* allocations until there is no memory; < 0: no end */
+};
+
+static void* take(size_t bytes, size_t alignment, void* user) {
+    struct arena* arena = user;
+    void* memory = NULL;
+    if (arena->left == 0) {
+        return NULL;
+    }
+    --arena->left;
+    ++arena->taken;
+    return posix_memalign(&memory, alignment, bytes) == 0 ? memory : NULL;
+}
+static void give_back(void* memory, size_t bytes, size_t alignment, void* user) {
+    struct arena* arena = user;
+    (void)bytes;
+    (void)alignment;
+    ++arena->given_back;
+    free(memory);
+}
+
+static void allocators(void) {
+    struct arena arena = {0, 0, -1};
+    hybmss_allocator allocator = {take, give_back, NULL};
+    hybmss_body* body = box();
+    hybmss_plan *plan, *none = NULL;
+    allocator.user = &arena;
+    OK(hybmss_set_allocator(&allocator));
+    plan = plan_of(body, HYBMSS_FLOAT);
+    EXPECT(arena.taken > 0 && arena.given_back < arena.taken);
+    OK(hybmss_set_allocator(NULL));
+    hybmss_plan_destroy(plan); /* to where it came from */
+    EXPECT(arena.given_back == arena.taken);
+
+    arena.left = 3;
+    OK(hybmss_set_allocator(&allocator));
+    EXPECT(hybmss_plan_create(body, HYBMSS_FLOAT, NULL, &none) == HYBMSS_OUT_OF_MEMORY);
+    EXPECT(none == NULL && strcmp(hybmss_last_error(), "out of memory") == 0);
+    EXPECT(arena.given_back == arena.taken);
+    allocator.release = NULL;
+    REFUSED(hybmss_set_allocator(&allocator), "both");
+    OK(hybmss_set_allocator(NULL));
+    hybmss_body_destroy(body);
+}
+
+int main(void) {
+    char version[32];
+    snprintf(version, sizeof version, "%d.%d.%d", HYBMSS_VERSION_MAJOR, HYBMSS_VERSION_MINOR, HYBMSS_VERSION_PATCH);
+    EXPECT(strcmp(hybmss_last_error(), "") == 0);
+    EXPECT(strcmp(hybmss_status_name(HYBMSS_OUT_OF_MEMORY), "out of memory") == 0);
+    EXPECT(strcmp(hybmss_status_name(99), "unknown status") == 0);
+    EXPECT(strcmp(hybmss_version(), version) == 0);
+    bodies();
+    networks();
+    layouts();
+    second_derivatives();
+    refused_fields();
+    motion();
+    allocators();
+    if (failures > 0) {
+        printf("%d checks failed\n", failures);
+        return 1;
+    }
+    printf("all checks passed\n");
+    return 0;
+}
