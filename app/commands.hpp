@@ -12,6 +12,8 @@ class App;
 void add_run_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
 void add_forces_command(CLI::App& app);
+void add_record_command(CLI::App& app);
+void add_replay_command(CLI::App& app);
 void add_verify_command(CLI::App& app);
 void add_stability_command(CLI::App& app);
 void add_paper_command(CLI::App& app);

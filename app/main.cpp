@@ -9,6 +9,8 @@ int main(int argc, char** argv) {
     add_run_command(app);
     add_explain_command(app);
     add_forces_command(app);
+    add_record_command(app);
+    add_replay_command(app);
     add_verify_command(app);
     add_stability_command(app);
     add_paper_command(app);

@@ -1,5 +1,6 @@
 #include "c_interface/status.hpp"
 
+#include "hybmss/record.hpp"
 #include "hybmss/version.hpp"
 
 #include <cstdio>
@@ -26,6 +27,8 @@ hybmss_status failure_of_current_exception() noexcept {
         throw;
     } catch (const std::invalid_argument& error) {
         return fail(HYBMSS_INVALID_ARGUMENT, error.what());
+    } catch (const RecordError& error) {
+        return fail(HYBMSS_FILE_ERROR, error.what());
     } catch (const std::bad_alloc&) {
         return fail(HYBMSS_OUT_OF_MEMORY, "out of memory");
     } catch (const std::length_error&) {

@@ -274,6 +274,32 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_energies(const hybmss_dynamics* dyna
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_masses(const hybmss_dynamics* dynamics, double* masses, size_t count);
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_critical_time_step(const hybmss_dynamics* dynamics, double* time_step);
 
+/* ---- records: states and forces to check against ---- */
+
+/* A file of `hybmss record`: a body, states of it, and the forces and energies of each by the scalar reference. A
+ * program loads it in its tests, brings the displacements to where it keeps its own, computes forces as it always does,
+ * and asks whether they are the recorded ones. Immutable. */
+typedef struct hybmss_record hybmss_record;
+
+/* HYBMSS_FILE_ERROR for a file that cannot be read, is no record, or is damaged. */
+HYBMSS_EXPORT hybmss_status hybmss_record_load(const char* path, hybmss_record** record);
+HYBMSS_EXPORT void hybmss_record_destroy(hybmss_record* record);
+/* Makes the body that was recorded; the caller destroys it. */
+HYBMSS_EXPORT hybmss_status hybmss_record_body(const hybmss_record* record, hybmss_body** body);
+HYBMSS_EXPORT hybmss_status hybmss_record_state_count(const hybmss_record* record, size_t* count);
+/* Writes a state's displacements, m, in the precision of the field. */
+HYBMSS_EXPORT hybmss_status hybmss_record_displacements(const hybmss_record* record, size_t state,
+                                                        const hybmss_field* displacements);
+/* HYBMSS_MISMATCH where the forces (N, not added to anything else) differ from the recorded ones by more than the
+ * tolerance of their precision; the message then names the node. `error` (may be null) becomes the largest difference
+ * of a component over the largest sum of force magnitudes at a node, also where they match. */
+HYBMSS_EXPORT hybmss_status hybmss_record_compare_forces(const hybmss_record* record, size_t state,
+                                                         const hybmss_const_field* forces, double* error);
+/* The same for energies computed in this precision, J. */
+HYBMSS_EXPORT hybmss_status hybmss_record_compare_energy(const hybmss_record* record, size_t state,
+                                                         hybmss_precision precision, double springs, double volume,
+                                                         double* error);
+
 #ifdef __cplusplus
 }
 #endif

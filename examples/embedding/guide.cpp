@@ -1,0 +1,226 @@
+// The pieces of code that docs/embedding.md shows, in one program that runs as a test.
+
+#include "hybmss/allocator.hpp"
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/force_plan.hpp"
+#include "hybmss/hybmss.h"
+#include "hybmss/record.hpp"
+#include "hybmss/task_runner.hpp"
+#include "hybmss/version.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using namespace hybmss;
+
+void check(bool good, const char* what) {
+    if (!good) {
+        throw std::runtime_error(what);
+    }
+}
+
+void ownership() {
+    // [ownership]
+    std::vector<float> u, f;
+    std::size_t nodes = 0;
+    {
+        const Lattice body = Lattice::box(8, 8, 8, 0.1); // needed while the plan is made, not after
+        const ForcePlan<float> plan(body, Material{.young_modulus = 2e4, .poisson_ratio = 0.3});
+        nodes = plan.node_count();
+        u.assign(3 * nodes, 0.0f);
+        f.assign(3 * nodes, 0.0f);
+        plan.add_forces(VectorField<const float>::aos(u.data(), nodes), VectorField<float>::aos(f.data(), nodes));
+    } // the plan frees what it held; u and f stay yours, and it has kept no pointer to them
+    // [/ownership]
+    check(f[0] == 0.0f, "no force at rest");
+}
+
+void layouts() {
+    // [layouts]
+    struct Particle { // an engine's own: 32 bytes, positions and forces side by side
+        float displacement[3];
+        float force[3];
+        float mass;
+        int flags;
+    };
+    const ForcePlan<float> plan(Lattice::box(4, 4, 4, 0.1), Material{});
+    std::vector<Particle> particles(plan.node_count());
+    particles[62].displacement[1] = 0.01f;
+
+    constexpr std::ptrdiff_t kStride = sizeof(Particle) / sizeof(float); // in components
+    const VectorField<const float> displacement =
+        VectorField<const float>::aos(particles[0].displacement, particles.size(), kStride);
+    const VectorField<float> force = VectorField<float>::aos(particles[0].force, particles.size(), kStride);
+    plan.add_forces(displacement, force);
+    // [/layouts]
+    check(particles[62].force[1] < 0, "the node is pulled back");
+}
+
+void maps() {
+    hybmss_body* body = nullptr;
+    hybmss_plan* plan = nullptr;
+    const std::int32_t cells[3] = {2, 2, 2};
+    const hybmss_material material = hybmss_default_material();
+    check(hybmss_lattice_create(cells, 0.1, nullptr, 0, &material, &body) == HYBMSS_OK, hybmss_last_error());
+    check(hybmss_plan_create(body, HYBMSS_DOUBLE, nullptr, &plan) == HYBMSS_OK, hybmss_last_error());
+    // [map]
+    // Node n of the body is vertex map[n] of a mesh that has more vertices than that.
+    std::vector<double> vertices(3 * 100), forces(3 * 100);
+    std::vector<std::uint32_t> map;
+    for (std::uint32_t node = 0; node < 27; ++node) {
+        map.push_back(99 - 2 * node);
+    }
+    hybmss_const_field displacement = hybmss_const_double_field(vertices.data(), 100, 3);
+    hybmss_field force = hybmss_double_field(forces.data(), 100, 3);
+    displacement.map = force.map = map.data();
+    const hybmss_status status = hybmss_plan_add_forces(plan, &displacement, &force);
+    // [/map]
+    check(status == HYBMSS_OK, hybmss_last_error());
+    hybmss_plan_destroy(plan);
+    hybmss_body_destroy(body);
+}
+
+// [runner]
+struct Job { // stands for what an engine's scheduler knows a task by
+    std::thread thread;
+};
+void* enqueue(void (*task)(void*), void* context, void*) {
+    return new Job{std::thread(task, context)};
+}
+void finish(void* handle, void*) {
+    Job* job = static_cast<Job*>(handle);
+    job->thread.join();
+    delete job;
+}
+
+void run_on_own_threads() {
+    const TaskRunner runner{.threads = 2, .enqueue = &enqueue, .finish = &finish};
+    PlanOptions options;
+    options.task_runner = &runner;
+    ExplicitDynamics<float> body(Lattice::box(20, 20, 20, 0.1), Material{}, options);
+    body.step({.time_step = body.critical_time_step() / 2, .acceleration = {0, -9.81, 0}}, 10);
+}
+// [/runner]
+
+// [allocator]
+void* allocate(std::size_t bytes, std::size_t alignment, void* user) {
+    *static_cast<std::size_t*>(user) += bytes;
+    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+}
+void release(void* memory, std::size_t bytes, std::size_t, void* user) {
+    *static_cast<std::size_t*>(user) -= bytes;
+    std::free(memory);
+}
+// [/allocator]
+
+void allocators() {
+    std::size_t held = 0;
+    set_allocator({&allocate, &release, &held});
+    {
+        const ForcePlan<float> plan(Lattice::box(8, 8, 8, 0.1), Material{});
+        check(held > 0, "arrays come from the allocator");
+    }
+    check(held == 0, "and go back there");
+    set_allocator({});
+}
+
+void determinism() {
+    // [determinism]
+    PlanOptions reproducible;
+    reproducible.instruction_set = InstructionSet::sse2; // or any other that all your machines have
+    reproducible.accuracy = Accuracy::exact;             // no estimates that differ between makes of processor
+    // [/determinism]
+    if (available_instruction_sets().front() != InstructionSet::sse2) {
+        reproducible.instruction_set = InstructionSet::automatic; // another processor
+    }
+    std::vector<double> results[2];
+    for (const int threads : {1, 2}) {
+        reproducible.threads = threads;
+        ExplicitDynamics<double> body(Lattice::box(20, 20, 20, 0.1), Material{.poisson_ratio = 0.4}, reproducible);
+        body.load(std::vector<NodalLoad>{{0, {1, 2, 3}}});
+        body.step({.time_step = body.critical_time_step() / 2}, 20);
+        std::vector<double>& u = results[threads - 1];
+        u.resize(3 * body.node_count());
+        body.get_displacements(VectorField<double>::aos(u.data(), body.node_count()));
+    }
+    check(results[0] == results[1], "the same bits");
+}
+
+void precision() {
+    // [precision]
+    const ForcePlan<float> plan(Lattice::box(4, 4, 4, 0.1), Material{});
+    std::vector<double> position(3 * plan.node_count()), rest(position.size()); // an engine's world coordinates
+    std::vector<float> u(position.size());
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        u[i] = static_cast<float>(position[i] - rest[i]); // subtract in double, then round
+    }
+    // [/precision]
+    check(u[0] == 0.0f, "at rest");
+}
+
+// [record]
+bool agrees_with(const Record& record) {
+    const ForcePlan<float> plan(record.lattice, record.material); // here stands what you check: your own integration
+    for (std::size_t state = 0; state < record.states.size(); ++state) {
+        std::vector<float> u, f(3 * plan.node_count());
+        for (const auto& [x, y, z] : record.states[state].displacements) {
+            u.insert(u.end(), {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+        }
+        plan.add_forces(VectorField<const float>::aos(u.data(), plan.node_count()),
+                        VectorField<float>::aos(f.data(), plan.node_count()));
+        const VectorField<const float> found = VectorField<const float>::aos(f.data(), plan.node_count());
+        if (!compare_forces(record, state, found).within()) {
+            return false;
+        }
+    }
+    return true;
+}
+// [/record]
+
+void records() {
+    Record record;
+    record.lattice = Lattice::box(2, 2, 2, 0.1);
+    RecordedState rest;
+    rest.displacements.assign(27, {0, 0, 0});
+    rest.forces = rest.displacements;
+    record.states = {rest};
+    check(agrees_with(record), "at rest there are no forces");
+    record.states[0].forces[5][1] = 1e-3;
+    check(!agrees_with(record), "a wrong force is found");
+}
+
+void versions() {
+    // [version]
+    const std::string built_with = std::to_string(HYBMSS_VERSION_MAJOR) + "." + std::to_string(HYBMSS_VERSION_MINOR);
+    const bool same_interface = std::string(hybmss_version()).starts_with(built_with + "."); // before 1.0
+    // [/version]
+    check(same_interface, "the library is of the headers' version");
+}
+
+} // namespace
+
+int main() {
+    try {
+        ownership();
+        layouts();
+        maps();
+        run_on_own_threads();
+        allocators();
+        determinism();
+        precision();
+        records();
+        versions();
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "guide: %s\n", error.what());
+        return 1;
+    }
+    std::puts("the guide's code does what it says");
+    return 0;
+}
