@@ -38,7 +38,8 @@ std::vector<Vector3> random_displacements(std::size_t nodes, double cell_size, u
     std::vector<Vector3> displacements(nodes);
     for (Vector3& u : displacements) {
         for (double& component : u) {
-            component = 0.05 * cell_size * (2.0 * engine() / std::mt19937::max() - 1);
+            component =
+                0.05 * cell_size * (2 * static_cast<double>(engine()) / static_cast<double>(std::mt19937::max()) - 1);
         }
     }
     return displacements;

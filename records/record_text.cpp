@@ -51,6 +51,13 @@ void append(std::string& text, double value) {
     text += digits;
 }
 
+/// "word", cut where it is long.
+std::string quoted(std::string_view word) {
+    std::string text(1, '"');
+    text.append(word.substr(0, 40)).append(1, '"');
+    return text;
+}
+
 /// Reads words line by line.
 class Reader {
 public:
@@ -69,7 +76,7 @@ public:
         line_ = rest_.substr(0, end);
         rest_.remove_prefix(end + 1);
         if (!key.empty() && word() != key) {
-            refuse("\"" + std::string(key) + "\" is expected here");
+            refuse(quoted(key) + " is expected here");
         }
     }
     std::string_view word() {
@@ -87,11 +94,11 @@ public:
         Number value{};
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (error != std::errc() || end != text.data() + text.size()) {
-            refuse("\"" + std::string(text.substr(0, 40)) + "\" is not a number that is allowed here");
+            refuse(quoted(text) + " is not a number that is allowed here");
         }
         if constexpr (std::is_floating_point_v<Number>) {
             if (!std::isfinite(value)) {
-                refuse("\"" + std::string(text.substr(0, 40)) + "\" is not finite");
+                refuse(quoted(text) + " is not finite");
             }
         }
         return value;
@@ -122,7 +129,7 @@ std::string_view checked(std::string_view text, const std::string& name) {
     if (!last.starts_with("end ") || !before.ends_with('\n')) {
         throw RecordError(name + ": the record is cut short: its last line must be \"end\" and a checksum");
     }
-    if (last != "end " + hexadecimal(checksum(before)) + "\n") {
+    if (last.substr(4, 16) != hexadecimal(checksum(before)) || !last.ends_with('\n')) {
         throw RecordError(name + ": the record is damaged: its checksum differs");
     }
     return before;
@@ -154,7 +161,7 @@ Lattice read_lattice(Reader& reader) {
         float scale = 0;
         const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), scale);
         if (error != std::errc() || end != word.data() + word.size()) {
-            reader.refuse("\"" + std::string(word.substr(0, 40)) + "\" is not a stiffness scale");
+            reader.refuse(quoted(word) + " is not a stiffness scale");
         }
         scales.push_back(scale);
         if (reader.at_end_of_line()) {
@@ -177,8 +184,7 @@ Material read_material(Reader& reader) {
     const std::string_view energy = reader.word();
     const auto* known = std::find(std::begin(kVolumeEnergies), std::end(kVolumeEnergies), energy);
     if (known == std::end(kVolumeEnergies)) {
-        reader.refuse("\"" + std::string(energy.substr(0, 40)) +
-                      "\" is no volume energy: automatic, quadratic, mean-stretch or none");
+        reader.refuse(quoted(energy) + " is no volume energy: automatic, quadratic, mean-stretch or none");
     }
     material.volume_energy = static_cast<VolumeEnergy>(known - std::begin(kVolumeEnergies));
     reader.end_line();
@@ -249,9 +255,10 @@ Record read(Reader& reader) {
 } // namespace
 
 std::string record_text(const Record& record) {
-    std::string text = "hybmss-record 1\nlibrary " + std::string(kVersion) + "\ncells";
+    std::string text = "hybmss-record 1\nlibrary ";
+    text.append(kVersion).append("\ncells");
     for (const int count : record.lattice.cells()) {
-        text += " " + std::to_string(count);
+        text.append(" ").append(std::to_string(count));
     }
     text += "\ncell_size";
     append(text, record.lattice.cell_size());
@@ -269,7 +276,7 @@ std::string record_text(const Record& record) {
     for (const double value : {m.young_modulus, m.poisson_ratio, m.density, m.face_diagonal_ratio}) {
         append(text, value);
     }
-    text += " " + std::string(kVolumeEnergies[static_cast<std::size_t>(m.volume_energy)]) + "\ntolerance";
+    text.append(" ").append(kVolumeEnergies[static_cast<std::size_t>(m.volume_energy)]).append("\ntolerance");
     append(text, record.float_tolerance);
     append(text, record.double_tolerance);
     text += "\nnodes " + std::to_string(record.lattice.nodes().size()) + "\nstates " +

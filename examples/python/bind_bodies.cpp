@@ -1,0 +1,76 @@
+#include "bindings.hpp"
+
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace hybmss::python {
+
+namespace {
+
+/// scales[k, j, i]: NumPy's last index is the fastest, as x is here.
+Lattice from_scales(const py::array_t<float, py::array::c_style | py::array::forcecast>& scales, double cell_size) {
+    if (scales.ndim() != 3) {
+        throw std::invalid_argument("scales: " + std::to_string(scales.ndim()) +
+                                    " dimensions are not allowed: there must be three, [z, y, x]");
+    }
+    return Lattice::from_cells(static_cast<int>(scales.shape(2)), static_cast<int>(scales.shape(1)),
+                               static_cast<int>(scales.shape(0)), cell_size,
+                               std::vector<float>(scales.data(), scales.data() + scales.size()));
+}
+
+py::array_t<double> rest_positions(const Lattice& lattice) {
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    py::array_t<double> positions({static_cast<py::ssize_t>(nodes.size()), py::ssize_t{3}});
+    double* to = positions.mutable_data();
+    for (const std::uint32_t node : nodes) {
+        for (const double x : lattice.rest_position(node)) {
+            *to++ = x;
+        }
+    }
+    return positions;
+}
+
+} // namespace
+
+void bind_bodies(py::module_& module) {
+    py::enum_<VolumeEnergy>(module, "VolumeEnergy", "Which function of the cell volume ratio the volume energy uses.")
+        .value("automatic", VolumeEnergy::automatic)
+        .value("quadratic", VolumeEnergy::quadratic)
+        .value("mean_stretch", VolumeEnergy::mean_stretch)
+        .value("none", VolumeEnergy::none);
+
+    py::class_<Material>(module, "Material", "An isotropic elastic material, SI units.")
+        .def(py::init([](double young_modulus, double poisson_ratio, double density, double face_diagonal_ratio,
+                         VolumeEnergy volume_energy) {
+                 const Material material = {young_modulus, poisson_ratio, density, face_diagonal_ratio, volume_energy};
+                 validate(material);
+                 return material;
+             }),
+             py::kw_only(), py::arg("young_modulus") = 1e4, py::arg("poisson_ratio") = 0.25,
+             py::arg("density") = 1000.0, py::arg("face_diagonal_ratio") = 1.0,
+             py::arg("volume_energy") = VolumeEnergy::automatic, "Raises ValueError for a value that is not allowed.")
+        .def_readonly("young_modulus", &Material::young_modulus, "E, Pa")
+        .def_readonly("poisson_ratio", &Material::poisson_ratio, "nu, in (-1, 1/2)")
+        .def_readonly("density", &Material::density, "kg/m^3")
+        .def_readonly("face_diagonal_ratio", &Material::face_diagonal_ratio, "A = k_f / k_c")
+        .def_readonly("volume_energy", &Material::volume_energy);
+
+    py::class_<Lattice>(module, "Lattice", "Cubic cells of one grid; nodes x fastest, then y, then z.")
+        .def_static("box", &Lattice::box, py::arg("nx"), py::arg("ny"), py::arg("nz"), py::arg("cell_size"),
+                    "A full box of nx * ny * nz cells, cell_size in m.")
+        .def_static("from_scales", &from_scales, py::arg("scales"), py::arg("cell_size"),
+                    "Cells with stiffness scales[z, y, x]; 0: no cell there.")
+        .def_property_readonly("cells", &Lattice::cells, "Cells of the grid along x, y and z.")
+        .def_property_readonly("cell_size", &Lattice::cell_size, "m")
+        .def_property_readonly("cell_count", &Lattice::cell_count, "Cells that are there.")
+        .def_property_readonly("node_count", [](const Lattice& l) { return l.nodes().size(); })
+        .def("rest_positions", &rest_positions, "A new (nodes, 3) array, m.");
+}
+
+} // namespace hybmss::python

@@ -1,0 +1,151 @@
+#include "bindings.hpp"
+#include "numpy_fields.hpp"
+
+#include "hybmss/explicit_dynamics.hpp"
+
+#include <pybind11/stl.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace hybmss::python {
+
+PlanOptions plan_options(int threads, const std::string& layout, const std::string& instruction_set, bool exact,
+                         const std::string& effort);
+
+namespace {
+
+using Vector3 = std::array<double, 3>;
+
+class Dynamics {
+public:
+    Dynamics(const Lattice& lattice, const Material& material, const py::object& dtype, const PlanOptions& options) {
+        if (is_double(dtype)) {
+            body_ = std::make_unique<ExplicitDynamics<double>>(lattice, material, options);
+        } else {
+            body_ = std::make_unique<ExplicitDynamics<float>>(lattice, material, options);
+        }
+    }
+    template <class Visit>
+    auto visit(const Visit& visit) const {
+        return std::visit([&](const auto& body) { return visit(*body); }, body_);
+    }
+
+private:
+    std::variant<std::unique_ptr<ExplicitDynamics<float>>, std::unique_ptr<ExplicitDynamics<double>>> body_;
+};
+
+/// A property that reads into a new array and writes from any.
+template <class Get, class Set>
+void add_field(py::class_<Dynamics>& type, const char* name, const char* words, const Get& get, const Set& set) {
+    type.def_property(
+        name,
+        [get](const Dynamics& dynamics) {
+            return dynamics.visit([&]<class T>(const ExplicitDynamics<T>& body) -> py::array {
+                py::array_t<T> out = zeros<T>(body.node_count());
+                get(body, output<T>(out, body.node_count(), "out"));
+                return out;
+            });
+        },
+        [set](Dynamics& dynamics, const py::array& in) {
+            dynamics.visit(
+                [&]<class T>(ExplicitDynamics<T>& body) { set(body, input<T>(in, body.node_count(), "value")); });
+        },
+        words);
+}
+
+void prescribe(Dynamics& dynamics, const std::vector<std::uint32_t>& nodes, const std::string& axes,
+               const Vector3& displacement, const Vector3& velocity) {
+    unsigned mask = 0;
+    for (const char axis : axes) {
+        if (axis < 'x' || axis > 'z') {
+            throw std::invalid_argument("axes = \"" + axes + "\" is not allowed: it must be made of x, y and z");
+        }
+        mask |= 1u << (axis - 'x');
+    }
+    std::vector<PrescribedNode> prescribed;
+    for (const std::uint32_t node : nodes) {
+        prescribed.push_back({node, static_cast<std::uint8_t>(mask), displacement, velocity});
+    }
+    dynamics.visit([&](auto& body) { body.prescribe(prescribed); });
+}
+
+void load(Dynamics& dynamics, const std::vector<std::uint32_t>& nodes, const Vector3& force) {
+    std::vector<NodalLoad> loads;
+    for (const std::uint32_t node : nodes) {
+        loads.push_back({node, force});
+    }
+    dynamics.visit([&](auto& body) { body.load(loads); });
+}
+
+void step(Dynamics& dynamics, double time_step, long count, const Vector3& acceleration, double mass_damping) {
+    const py::gil_scoped_release released;
+    dynamics.visit([&](auto& body) { body.step({time_step, acceleration, mass_damping}, count); });
+}
+
+} // namespace
+
+void bind_dynamics(py::module_& module) {
+    py::class_<Dynamics> type(
+        module, "ExplicitDynamics",
+        "A body that moves by semi-implicit Euler steps and owns its state. For one thread at a time.");
+    type.def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads,
+                         const std::string& layout, const std::string& instruction_set, bool exact,
+                         const std::string& effort) {
+                 return Dynamics(lattice, material, dtype,
+                                 plan_options(threads, layout, instruction_set, exact, effort));
+             }),
+             py::arg("lattice"), py::arg("material"), py::arg("dtype") = "float64", py::kw_only(),
+             py::arg("threads") = 0, py::arg("layout") = "", py::arg("instruction_set") = "automatic",
+             py::arg("exact") = false, py::arg("effort") = "estimate");
+    type.def("prescribe", &prescribe, py::arg("nodes"), py::arg("axes") = "xyz",
+             py::arg("displacement") = Vector3{0, 0, 0}, py::arg("velocity") = Vector3{0, 0, 0},
+             "Holds these nodes along the axes, and no others.");
+    type.def("load", &load, py::arg("nodes"), py::arg("force"),
+             "Pulls each of these nodes with the force (N), no others.");
+    type.def("step", &step, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),
+             py::arg("acceleration") = Vector3{0, 0, 0}, py::arg("mass_damping") = 0.0,
+             "Takes steps of time_step (s). acceleration: gravity, m/s^2; mass_damping: 1/s.");
+    add_field(
+        type, "displacements", "(nodes, 3), m. Reading makes a new array.",
+        [](const auto& body, const auto& out) { body.get_displacements(out); },
+        [](auto& body, const auto& in) { body.set_displacements(in); });
+    add_field(
+        type, "velocities", "(nodes, 3), m/s. Reading makes a new array.",
+        [](const auto& body, const auto& out) { body.get_velocities(out); },
+        [](auto& body, const auto& in) { body.set_velocities(in); });
+    type.def_property_readonly(
+        "masses",
+        [](const py::object& self) {
+            return self.cast<const Dynamics&>().visit([&](const auto& body) -> py::array {
+                const std::span<const double> masses = body.masses();
+                py::array view(py::dtype::of<double>(), {static_cast<py::ssize_t>(masses.size())},
+                               {static_cast<py::ssize_t>(sizeof(double))}, masses.data(), self);
+                view.attr("flags").attr("writeable") = false;
+                return view;
+            });
+        },
+        "(nodes,), kg: a view of the body's own memory, to read only.");
+    type.def_property_readonly(
+        "energies",
+        [](const Dynamics& dynamics) {
+            return dynamics.visit([](const auto& body) {
+                const PotentialEnergy energy = body.potential_energy();
+                return py::make_tuple(energy.springs, energy.volume, body.kinetic_energy());
+            });
+        },
+        "(springs, volume, kinetic), J.");
+    type.def_property_readonly("critical_time_step", [](const Dynamics& dynamics) {
+        return dynamics.visit([](const auto& body) { return body.critical_time_step(); });
+    });
+    type.def("__str__", [](const Dynamics& dynamics) {
+        return dynamics.visit([](const auto& body) { return to_string(body.describe()); });
+    });
+}
+
+} // namespace hybmss::python

@@ -1,0 +1,184 @@
+import ast
+import inspect
+import os
+import pathlib
+import subprocess
+import sys
+
+import hybmss
+import numpy as np
+import pytest
+
+SOURCE = pathlib.Path(os.environ.get("HYBMSS_SOURCE_DIR", pathlib.Path(__file__).parents[3]))
+BOX = hybmss.Lattice.box(4, 3, 5, 0.1)
+MATERIAL = hybmss.Material(young_modulus=2e4, poisson_ratio=0.4)
+
+
+def displacements(dtype="float64"):
+    return np.random.default_rng(3).uniform(-0.005, 0.005, (BOX.node_count, 3)).astype(dtype)
+
+
+def test_force_is_minus_the_gradient_of_the_energy():
+    plan = hybmss.ForcePlan(BOX, MATERIAL)
+    u = displacements()
+    f = plan.forces(u)
+    p = np.random.default_rng(4).normal(size=u.shape)
+    step = 1e-6
+    slope = (sum(plan.energy(u + step * p)) - sum(plan.energy(u - step * p))) / (2 * step)
+    assert slope == pytest.approx(-np.sum(f * p), rel=1e-7)
+    assert np.abs(f.sum(axis=0)).max() < 1e-10 * np.abs(f).sum()  # a free body
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_arrays_of_any_strides_are_used_as_they_are(dtype):
+    plan = hybmss.ForcePlan(BOX, MATERIAL, dtype)
+    u = displacements(dtype)
+    expected = plan.forces(u)
+    fortran = np.zeros(u.shape, dtype, order="F")
+    plan.add_forces(np.asfortranarray(u), fortran)
+    assert np.array_equal(fortran, expected)
+
+    particles = np.zeros(BOX.node_count, [("u", dtype, 3), ("mass", dtype), ("f", dtype, 3)])
+    particles["u"] = u
+    particles["mass"] = 7
+    plan.add_forces(particles["u"], particles["f"])
+    assert np.array_equal(particles["f"], expected) and (particles["mass"] == 7).all()
+    plan.add_forces(particles["u"], particles["f"])  # added
+    assert np.array_equal(particles["f"], 2 * expected)
+
+    every_other = np.zeros((2 * len(u), 3), dtype)
+    plan.add_forces(u, every_other[::-2])
+    assert np.array_equal(every_other[::-2], expected) and not every_other[::2].any()
+
+
+def test_hessian_product_is_the_forces_change():
+    plan = hybmss.ForcePlan(BOX, MATERIAL)
+    u, p = displacements(), np.random.default_rng(5).normal(size=(BOX.node_count, 3))
+    product = np.zeros_like(u)
+    plan.add_hessian_product(u, p, product)
+    change = (plan.forces(u - 1e-6 * p) - plan.forces(u + 1e-6 * p)) / 2e-6
+    assert np.abs(product - change).max() < 1e-6 * np.abs(product).max()
+
+
+def test_what_is_not_allowed_is_a_value_error():
+    plan = hybmss.ForcePlan(BOX, MATERIAL, np.float32)
+    u = displacements("float32")
+    read_only = np.zeros_like(u)
+    read_only.flags.writeable = False
+    for bad, f, words in [
+        (u.astype("float64"), np.zeros_like(u), "dtype float64"),
+        (u[1:], np.zeros_like(u), r"\(120, 3\)"),
+        (u.reshape(-1), np.zeros_like(u), "shape"),
+        (u, read_only, "cannot be written"),
+        (u, np.broadcast_to(np.float32(0), u.shape), "cannot be written"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            plan.add_forces(bad, f)
+    with pytest.raises(ValueError, match="poisson_ratio = 0.5"):
+        hybmss.Material(poisson_ratio=0.5)
+    with pytest.raises(ValueError, match="dtype int32"):
+        hybmss.ForcePlan(BOX, MATERIAL, "int32")
+    with pytest.raises(ValueError, match="threads = -1"):
+        hybmss.ForcePlan(BOX, MATERIAL, threads=-1)
+    with pytest.raises(ValueError, match="three"):
+        hybmss.Lattice.from_scales(np.ones((2, 2)), 0.1)
+
+
+def test_lattice_from_scales():
+    scales = np.zeros((2, 3, 4))
+    scales[1, 2, 3] = 1
+    body = hybmss.Lattice.from_scales(scales, 0.5)
+    assert body.cells == [4, 3, 2] and body.cell_count == 1 and body.node_count == 8
+    assert body.rest_positions().min(axis=0) == pytest.approx([1.5, 1.0, 0.5])
+
+
+def test_motion():
+    body = hybmss.ExplicitDynamics(BOX, MATERIAL)
+    assert not body.masses.flags.writeable and not body.masses.flags.owndata
+    assert body.masses.sum() == pytest.approx(1000 * 60 * 0.1**3)
+    dt = body.critical_time_step / 2
+    body.step(dt, 10, acceleration=[0, 0, -10])
+    assert body.velocities[:, 2] == pytest.approx(-100 * dt)
+    body.prescribe([0, 1], "xz")
+    body.load([7], [1, 0, 0])
+    body.step(dt)
+    assert (body.displacements[:2, 0] == 0).all()
+    state = body.displacements
+    body.displacements = np.zeros_like(state)
+    assert body.energies[0] == 0
+    masses = body.masses
+    del body
+    assert masses.sum() > 0  # keeps the body alive
+    with pytest.raises(ValueError, match="made of x, y and z"):
+        hybmss.ExplicitDynamics(BOX, MATERIAL).prescribe([0], "w")
+
+
+def test_scene():
+    result = hybmss.Simulation(str(SOURCE / "examples/scenes/compression_nu025.toml"), precision="float").run
+    assert callable(result)
+    with pytest.raises(hybmss.SceneError, match="no/such"):
+        hybmss.Simulation("no/such/scene.toml")
+
+
+SCENE = """
+[body]
+cells = [2, 2, 2]
+cell_size = 0.1
+[material]
+young_modulus = 1e4
+poisson_ratio = 0.3
+[[fix]]
+where = "y-min"
+[gravity]
+acceleration = [0, -10, 0]
+[solver]
+method = "static"
+[[probe]]
+name = "ground"
+where = "y-min"
+"""
+
+
+def test_simulation_and_record(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE)
+    result = hybmss.Simulation(str(scene)).run()
+    assert result["converged"]
+    weight = 1000 * 10 * 0.2**3
+    # Half a cell's share of the weight hangs on the held nodes themselves.
+    assert 0.7 * weight < result["probes"]["ground"]["force"][1] <= weight * (1 + 1e-6)
+
+    path = tmp_path / "scene.record"
+    subprocess.run([os.environ["HYBMSS_APP"], "record", scene, "--out", path], check=True, capture_output=True)
+    record = hybmss.Record(str(path))
+    assert len(record) == 2
+    for dtype in ["float32", "float64"]:
+        plan = hybmss.ForcePlan(record.lattice, record.material, dtype)
+        for state in range(len(record)):
+            forces = plan.forces(record.displacements(state).astype(dtype))
+            assert record.check_forces(state, forces) < 1e-5
+            forces[3] += 1
+            with pytest.raises(ValueError, match="node 3"):
+                record.check_forces(state, forces)
+    path.write_text(path.read_text().replace("hybmss", "hypnos", 1))
+    with pytest.raises(hybmss.RecordError, match="no record"):
+        hybmss.Record(str(path))
+
+
+def test_stubs_name_what_the_module_has():
+    tree = ast.parse((SOURCE / "examples/python/hybmss.pyi").read_text())
+    classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
+    assert set(classes) == {name for name, value in vars(hybmss).items() if inspect.isclass(value)}
+    for name, node in classes.items():
+        if name.endswith("Error") or name == "VolumeEnergy":
+            continue
+        stub = {m.name for m in node.body if isinstance(m, ast.FunctionDef)}
+        stub |= {m.target.id for m in node.body if isinstance(m, ast.AnnAssign)}
+        own = {m for m in vars(getattr(hybmss, name)) if not m.startswith("_") or m in ("__init__", "__len__")}
+        # pybind11 gives every class an __init__, which refuses.
+        assert stub - own == set() and own - stub <= {"__init__"}, name
+        assert getattr(hybmss, name).__doc__
+
+
+if __name__ == "__main__":
+    sys.exit(pytest.main([__file__]))
