@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <random>
 
@@ -45,7 +46,8 @@ std::vector<Vector3> random_displacements(std::size_t nodes, double cell_size, u
     return displacements;
 }
 
-RecordedState recorded(const reference::Body& body, double time, std::vector<Vector3> displacements) {
+RecordedState recorded(const reference::Body& body, double least_scale, double time,
+                       std::vector<Vector3> displacements) {
     std::vector<reference::Vector3d> u;
     for (const Vector3& v : displacements) {
         u.emplace_back(v[0], v[1], v[2]);
@@ -57,7 +59,8 @@ RecordedState recorded(const reference::Body& body, double time, std::vector<Vec
         state.forces.push_back({f[0], f[1], f[2]});
     }
     const std::vector<double> scales = reference::force_scale(body, u);
-    state.force_scale = *std::max_element(scales.begin(), scales.end());
+    // At rest nothing acts, and any error would be infinite by it.
+    state.force_scale = std::max(*std::max_element(scales.begin(), scales.end()), least_scale);
     const reference::Energy energy = reference::energy(body, u);
     state.energy = {energy.springs, energy.volume};
     return state;
@@ -69,16 +72,21 @@ void record(const RecordArguments& arguments) {
     record.lattice = simulation.lattice();
     record.material = simulation.scene().material;
     const reference::Body body = reference::assemble(record.lattice, record.material);
+    // The force of a millionth of strain on a cell's face.
+    const double h = record.lattice.cell_size(), least_scale = 1e-6 * record.material.young_modulus * h * h;
     record.states.push_back(
-        recorded(body, 0, random_displacements(simulation.node_count(), record.lattice.cell_size(), arguments.seed)));
+        recorded(body, least_scale, 0,
+                 random_displacements(simulation.node_count(), record.lattice.cell_size(), arguments.seed)));
     const bool still = simulation.scene().solver.method == SolverMethod::static_equilibrium;
     const int states = still ? std::min(arguments.states, 2) : arguments.states;
+    const Solver& solver = simulation.scene().solver;
+    const long planned = still ? 1 : std::max(1L, std::lround(solver.duration / simulation.time_step()));
     long taken = 0;
     for (int state = 1; state < states; ++state) {
-        const long until = still ? 1 : simulation.steps() * state / (states - 1);
+        const long until = still ? 1 : planned * state / (states - 1);
         simulation.step(until - taken);
         taken = until;
-        record.states.push_back(recorded(body, simulation.time(), simulation.displacements()));
+        record.states.push_back(recorded(body, least_scale, simulation.time(), simulation.displacements()));
     }
     const std::string text = record_text(record);
     parse_record(text, arguments.out); // what would be refused must not be written
