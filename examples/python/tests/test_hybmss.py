@@ -113,9 +113,12 @@ def test_motion():
         hybmss.ExplicitDynamics(BOX, MATERIAL).prescribe([0], "w")
 
 
-def test_scene():
-    result = hybmss.Simulation(str(SOURCE / "examples/scenes/compression_nu025.toml"), precision="float").run
-    assert callable(result)
+def test_scene_in_steps():
+    simulation = hybmss.Simulation(str(SOURCE / "examples/scenes/beam.toml"), precision="float")
+    simulation.step(10)
+    assert simulation.time > 0
+    assert simulation.displacements.shape == (simulation.lattice.node_count, 3)
+    assert np.abs(simulation.velocities).max() > 0
     with pytest.raises(hybmss.SceneError, match="no/such"):
         hybmss.Simulation("no/such/scene.toml")
 
@@ -127,6 +130,7 @@ cell_size = 0.1
 [material]
 young_modulus = 1e4
 poisson_ratio = 0.3
+density = 1000
 [[fix]]
 where = "y-min"
 [gravity]
