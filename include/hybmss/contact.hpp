@@ -3,6 +3,7 @@
 /// \file
 /// Rigid obstacles that a body touches: planes, spheres and boxes, with Coulomb friction.
 
+#include "hybmss/export.h"
 #include "hybmss/lattice.hpp"
 #include "hybmss/network.hpp"
 
@@ -22,9 +23,10 @@ struct SurfaceNode {
 };
 
 /// The nodes with fewer than eight cells around them, ascending. `origin`: the low corner of the grid, m. O(cells).
-std::vector<SurfaceNode> surface_nodes(const Lattice& lattice, const std::array<double, 3>& origin = {0, 0, 0});
+HYBMSS_EXPORT std::vector<SurfaceNode> surface_nodes(const Lattice& lattice,
+                                                     const std::array<double, 3>& origin = {0, 0, 0});
 /// The nodes that belong to fewer than eight cells, ascending; of a network without cells, all.
-std::vector<SurfaceNode> surface_nodes(const Network& network);
+HYBMSS_EXPORT std::vector<SurfaceNode> surface_nodes(const Network& network);
 
 /// The half-space behind a plane through the obstacle's position.
 struct PlaneShape {
