@@ -1,6 +1,7 @@
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "app/price/solution_tables.hpp"
+#include "app/price/time_steps.hpp"
 #include "app/progress_line.hpp"
 #include "calculix/program.hpp"
 #include "hybmss/version.hpp"
@@ -38,11 +39,15 @@ std::vector<paper::Table> price_of_solutions(const PriceArguments& arguments, co
     return price::solution_tables(price::measure_solutions(extent, progress));
 }
 
+std::vector<paper::Table> price_of_time_steps(const PriceArguments& arguments, const Report& progress) {
+    return {price::time_step_table(price::measure_time_steps(arguments.quick ? 3 : arguments.whole ? 7 : 5, progress))};
+}
+
 struct Priced {
     const char* name;
     std::vector<paper::Table> (*tables)(const PriceArguments&, const Report&);
 };
-constexpr Priced kPriced[] = {{"solution", price_of_solutions}};
+constexpr Priced kPriced[] = {{"solution", price_of_solutions}, {"time-steps", price_of_time_steps}};
 
 std::vector<std::string> priced_names() {
     std::vector<std::string> names;

@@ -106,7 +106,6 @@ Table point_table(const Solutions& solutions) {
                  {"h1_order", "order", 2}},
                 {},
                 {}};
-    double model_error = 0;
     for (std::size_t r = 0; r < solutions.references.size(); ++r) {
         const Reference& reference = solutions.references[r];
         std::vector<Point> points = solutions.points[r];
@@ -134,17 +133,18 @@ Table point_table(const Solutions& solutions) {
                 table.rows.push_back(row);
                 continue;
             }
-            for (const std::size_t index : {std::size_t{0}, std::size_t{1}, count, count + 1}) {
-                if (index == 1 && count == 1) {
-                    row.insert(row.end(), 2, Cell());
-                    continue;
-                }
+            const auto add = [&](std::size_t index) {
                 row.emplace_back(100 * point.errors[index]);
                 row.push_back(observed(reference, solutions.points[r], point, index));
+            };
+            add(0);
+            if (count > 1) {
+                add(1);
+            } else {
+                row.insert(row.end(), 2, Cell());
             }
-            if (point.way.model == paper::Model::hybmss_cf && point.way.method == Method::static_solve) {
-                model_error = std::max(model_error, point.errors[0]);
-            }
+            add(count);
+            add(count + 1);
             table.rows.push_back(std::move(row));
         }
     }

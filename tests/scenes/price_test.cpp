@@ -1,6 +1,7 @@
 // Work and precision: the parts that the tables of `hybmss price` are made of.
 
 #include "app/price/points.hpp"
+#include "app/price/time_steps.hpp"
 
 #include <gtest/gtest.h>
 
@@ -113,6 +114,21 @@ TEST(Price, ObservedOrdersAreThoseOfTheClampedEdges) {
     for (const Method method : kMethods) {
         EXPECT_NEAR(point(8, method).errors[0], fine.errors[0], 0.03 * fine.errors[0]) << name(method);
     }
+}
+
+TEST(Price, TimeStepsAreOfTheFirstOrder) {
+    const std::vector<TimeStepPoint> points = measure_time_steps(2, [](const std::string&) {});
+    ASSERT_EQ(points.size(), 8u);
+    const TimeStepPoint &large = points[0], &small = points[1];
+    EXPECT_EQ(large.method, SolverMethod::symplectic_euler);
+    EXPECT_NEAR(std::log2(large.error / small.error), 1, 0.02);
+    EXPECT_NEAR(std::log2(large.energy / small.energy), 1, 0.02);
+    EXPECT_LT(large.error, 2e-3);
+    EXPECT_LT(std::abs(large.drift), 1e-4); // it keeps the energy near its own
+    const TimeStepPoint& implicit_point = points[4];
+    EXPECT_EQ(implicit_point.method, SolverMethod::backward_euler);
+    EXPECT_LT(implicit_point.drift, -0.1); // it takes energy out
+    EXPECT_EQ(time_step_table(points).rows.size(), points.size());
 }
 
 } // namespace
