@@ -42,7 +42,7 @@ void Multigrid<T>::merge_finest(const Potential<T>& potential) {
         for (std::size_t a = 0; a < 8; ++a) {
             if (!pull.empty()) {
                 const auto share = static_cast<float>(pull[node[a]]) / touching_[node[a]];
-                for (std::size_t e : {0, 4, 8}) {
+                for (const std::size_t e : {0u, 4u, 8u}) {
                     matrix.block[a][a][e] += share;
                 }
             }

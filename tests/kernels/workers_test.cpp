@@ -111,7 +111,7 @@ TEST(Workers, APieceRunsItsOwnStagesAlone) {
 }
 
 TEST(StagedRun, OneWorkerOfManyGetsEverythingDone) {
-    for (const std::size_t worker : {0, 1, 3}) {
+    for (const std::size_t worker : {0u, 1u, 3u}) {
         Ledger ledger({7, 1, 2});
         StagedRun run(ledger.stages, 20, 4);
         run.work(worker);
