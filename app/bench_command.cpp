@@ -4,6 +4,7 @@
 #include "bench/cutting_benchmark.hpp"
 #include "bench/digit_benchmark.hpp"
 #include "bench/embedding_benchmark.hpp"
+#include "bench/effects_benchmark.hpp"
 #include "bench/hessian_benchmark.hpp"
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
@@ -25,7 +26,7 @@ struct BenchArguments {
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
-    bool solvers = false, cutting = false, digits = false, embedding = false;
+    bool solvers = false, cutting = false, digits = false, embedding = false, effects = false;
 };
 
 /// What is measured, and the words above its table.
@@ -80,6 +81,9 @@ Selection select(const BenchArguments& arguments) {
     }
     if (arguments.solvers) {
         return {bench::solver_benchmark(arguments.large, arguments.threads.front()), bench::kSolverIntroduction};
+    }
+    if (arguments.effects) {
+        return {bench::effects_benchmark(choices, arguments.seconds), bench::kEffectsIntroduction};
     }
     choices.layouts = layouts(arguments, {"lattice", "network"});
     if (arguments.hessian) {
@@ -136,6 +140,7 @@ void add_bench_command(CLI::App& app) {
         ->excludes(cutting)
         ->excludes(digits)
         ->excludes(embedding);
+    command->add_flag("--effects", arguments->effects, "instead: what each effect of a scene adds to the step");
     embedding->excludes(limits)
         ->excludes(scaling)
         ->excludes(memory)

@@ -1,6 +1,6 @@
 #include "app/body_report.hpp"
 #include "app/commands.hpp"
-#include "app/effects.hpp"
+#include "app/effect_costs.hpp"
 #include "app/plan_arguments.hpp"
 #include "simulation/memory.hpp"
 
@@ -17,7 +17,7 @@ using namespace hybmss;
 
 struct ExplainArguments {
     std::string scene;
-    bool keys = false;
+    bool keys = false, effects = false;
     PlanArguments plan;
 };
 
@@ -56,7 +56,30 @@ std::string critical_step_text(const Simulation& simulation) {
     const std::vector<double> rest(3 * plan.node_count(), 0.0);
     const double sharp =
         plan.estimate_critical_time_step(VectorField<const double>::aos(rest.data(), plan.node_count()));
-    return fmt::format("{:.6g} s guaranteed, {:.6g} s estimated, at rest", simulation.critical_time_step(), sharp);
+    return fmt::format("{:.6g} s guaranteed, {:.6g} s estimated{}, at rest", simulation.critical_time_step(), sharp,
+                       simulation.scene().damping.stiffness > 0 ? " without the springs' damping" : "");
+}
+
+/// What each effect takes, and why it is there or not.
+void explain_effects(const Simulation& simulation, const SimulationOptions& options) {
+    const std::vector<EffectCost> costs = effect_costs(simulation, options);
+    const std::string kernel = simulation.describe().kernel;
+    fmt::print("effects in\n");
+    fmt::print("  {:<20} {:>12} {:>14}  {}\n", "", "bytes", "ns a cell-step", "why; kernel");
+    for (const EffectCost& cost : costs) {
+        if (cost.in) {
+            fmt::print("  {:<20} {:>12} {:>14}  {}; {}\n", cost.rule->name,
+                       cost.bytes ? fmt::format("{}", *cost.bytes) : "-",
+                       cost.nanoseconds ? fmt::format("{:.2f}", *cost.nanoseconds) : "-", cost.rule->reason(simulation),
+                       cost.rule->kernel.empty() ? kernel : cost.rule->kernel);
+        }
+    }
+    fmt::print("effects out\n");
+    for (const EffectCost& cost : costs) {
+        if (!cost.in) {
+            row(cost.rule->name, cost.rule->reason(simulation));
+        }
+    }
 }
 
 void explain_solver(const Simulation& simulation) {
@@ -76,10 +99,12 @@ void explain_time(Simulation& simulation) {
     fmt::print("time\n");
     row("method", std::string(name(scene.solver.method)));
     row("critical time step", critical_step_text(simulation));
-    row("time step", fmt::format("{:.6g} s ({})", simulation.time_step(),
-                                 scene.solver.time_step ? "as given"
-                                 : implicit             ? "chosen: 14 times the critical one"
-                                                        : "chosen: 0.7 of the critical one"));
+    row("time step",
+        fmt::format("{:.6g} s ({})", simulation.time_step(),
+                    scene.solver.time_step            ? "as given"
+                    : implicit                        ? "chosen: 14 times the critical one, undamped"
+                    : scene.material.stiffening.any() ? "chosen: 0.7 of the critical one of springs strained by 1/2"
+                                                      : "chosen: 0.7 of the critical one"));
     const double steps = std::ceil(scene.solver.duration / simulation.time_step());
     row("steps", fmt::format("{:.0f}{}", steps, scene.solver.tolerance ? " at most; fewer if the body settles" : ""));
     const double cost = seconds_a_step(simulation);
@@ -93,8 +118,12 @@ void explain(const ExplainArguments& arguments) {
         fmt::print("{}", scene_keys_markdown());
         return;
     }
+    if (arguments.effects) {
+        fmt::print("{}", effects_markdown());
+        return;
+    }
     if (arguments.scene.empty()) {
-        throw std::invalid_argument("explain: a SCENE file or --keys is needed");
+        throw std::invalid_argument("explain: a SCENE file, --keys or --effects is needed");
     }
     const SimulationOptions options = arguments.plan.options();
     Simulation simulation(load_scene(arguments.scene), options);
@@ -106,15 +135,7 @@ void explain(const ExplainArguments& arguments) {
     if (!parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
     }
-    const EffectList effects = effects_of(simulation);
-    fmt::print("effects in\n");
-    for (const Effect& effect : effects.in) {
-        row(effect.name, effect.reason);
-    }
-    fmt::print("effects out\n");
-    for (const Effect& effect : effects.out) {
-        row(effect.name, effect.reason);
-    }
+    explain_effects(simulation, options);
     fmt::print("body\n");
     row("cells", fmt::format("{}", simulation.lattice().cell_count()));
     const auto grid = simulation.lattice().cells();
@@ -154,6 +175,7 @@ void add_explain_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("explain", "tell what a scene calls for, and how it would be computed");
     command->add_option("SCENE", arguments->scene, "scene file (TOML)");
     command->add_flag("--keys", arguments->keys, "print all keys of the scene format instead, as in docs/scenes.md");
+    command->add_flag("--effects", arguments->effects, "print all effects there are instead, as in docs/effects.md");
     arguments->plan.add_to(*command, true);
     command->callback([arguments] { explain(*arguments); });
 }

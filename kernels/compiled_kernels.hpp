@@ -32,6 +32,10 @@ namespace hybmss::kernels {
     extern const RunKernels<double> kRunsDouble;                                                                       \
     extern const RecordKernels<float> kRecordsFloat;                                                                   \
     extern const RecordKernels<double> kRecordsDouble;                                                                 \
+    extern const LatticeEffectKernels<float> kLatticeEffectsFloat;                                                     \
+    extern const LatticeEffectKernels<double> kLatticeEffectsDouble;                                                   \
+    extern const NetworkEffectKernels<float> kNetworkEffectsFloat;                                                     \
+    extern const NetworkEffectKernels<double> kNetworkEffectsDouble;                                                   \
     }
 
 HYBMSS_DECLARE_KERNELS(sse2)

@@ -6,6 +6,21 @@
 
 namespace hybmss::kernels {
 
+/// Which vector a spring contributes to a sweep's sums, at end b; the opposite at end a. With p = p_b - p_a, d = x_b -
+/// x_a, n = d/|d|, e = |d|/l - 1 and g(e) = quadratic e^2 + cubic e^3:
+enum class SpringLaw {
+    elastic,            ///< H p of the energy 1/2 k (|d| - l)^2: k [ (1 - l/|d|) (I - n n^T) + n n^T ] p
+    damping,            ///< k (n.p) n: for p the velocity, the force of a dashpot k by the time it lags
+    stiffening,         ///< k l g(e) n: the derivative of the energy k l^2 (quadratic e^3/3 + cubic e^4/4)
+    stiffening_tangent, ///< H p of that energy: k [ g/(1 + e) (I - n n^T) + g' n n^T ] p
+};
+
+/// The constants of g(e), without unit; zero where the law has none.
+template <class T>
+struct StiffeningConstants {
+    T quadratic, cubic;
+};
+
 /// The entries of a symmetric 3x3 block, in the order in which their arrays come.
 inline constexpr int kBlockEntries = 6; ///< xx, yy, zz, xy, xz, yz
 
@@ -27,6 +42,7 @@ struct LatticeHessianLayer {
     T volume_ratio;                   ///< as in LatticeLayer
     const VectorNeighbors* neighbors; ///< as in LatticeLayer for active-rows; null for flat rows
     std::ptrdiff_t upper_lanes;       ///< as in LatticeLayer; for active-rows
+    StiffeningConstants<T> stiffening;
 };
 
 /// Nodes of a network as separate arrays; m.
@@ -35,6 +51,7 @@ struct HessianArrays {
     const T* displacement[3];
     const T* direction[3];
     T* product[3]; ///< N; added to
+    StiffeningConstants<T> stiffening;
 };
 
 /// Nodes of a network in packed arrays, x y z 0 a node; m.
@@ -43,12 +60,14 @@ struct PackedHessian {
     const T* displacement;
     const T* direction;
     T* product; ///< N; added to
+    StiffeningConstants<T> stiffening;
 };
 
 /// The diagonal blocks of a network's nodes, N/m, an array for each entry; added to.
 template <class T>
 struct DiagonalBlocks {
     T* entry[kBlockEntries];
+    StiffeningConstants<T> stiffening;
 };
 
 } // namespace hybmss::kernels

@@ -33,13 +33,16 @@ struct Entry {
      &kernels::set::kSoaHessianFloat,                                                                                  \
      &kernels::set::kPackedHessianFloat,                                                                               \
      &kernels::set::kRunsHessianFloat,                                                                                 \
-     &kernels::set::kRecordsHessianFloat},                                                                             \
+     &kernels::set::kRecordsHessianFloat,                                                                              \
+     &kernels::set::kLatticeEffectsFloat,                                                                              \
+     &kernels::set::kNetworkEffectsFloat},                                                                             \
     {                                                                                                                  \
         InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kActiveDouble,                              \
             &kernels::set::kGatherDouble, &kernels::set::kLatticeHessianDouble, &kernels::set::kSoaDouble,             \
             &kernels::set::kPackedDouble, &kernels::set::kRunsDouble, &kernels::set::kRecordsDouble,                   \
             &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble, &kernels::set::kRunsHessianDouble,  \
-            &kernels::set::kRecordsHessianDouble                                                                       \
+            &kernels::set::kRecordsHessianDouble, &kernels::set::kLatticeEffectsDouble,                                \
+            &kernels::set::kNetworkEffectsDouble                                                                       \
     }
 
 // Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence

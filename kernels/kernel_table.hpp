@@ -6,6 +6,7 @@
 #include "kernels/hessian_kernels.hpp"
 #include "kernels/lattice_kernels.hpp"
 #include "kernels/network_kernels.hpp"
+#include "kernels/spring_effect_kernels.hpp"
 
 namespace hybmss::kernels {
 
@@ -25,6 +26,8 @@ struct KernelTable {
     const PackedHessianKernels<T>* packed_hessian;
     const RunHessianKernels<T>* runs_hessian;
     const RecordHessianKernels<T>* records_hessian;
+    const LatticeEffectKernels<T>* lattice_effects;
+    const NetworkEffectKernels<T>* network_effects;
 };
 
 /// The table of an available instruction set (not `automatic`).

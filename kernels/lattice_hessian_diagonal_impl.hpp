@@ -25,15 +25,17 @@ HYBMSS_INLINE void add_blocks(T* const (&blocks)[kBlockEntries], std::ptrdiff_t 
 }
 
 /// Adds a group's H to the blocks of both corners of each spring.
-template <Accuracy accuracy, class V, int corners, class... Springs>
+template <Accuracy accuracy, SpringLaw law, class V, int corners, class... Springs>
 HYBMSS_INLINE void add_spring_blocks(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
+                                     const StiffeningConstants<Scalar<V>>& constants,
                                      Symmetric3<V> (&blocks)[corners]) {
     const auto add = [&](auto spring) {
         using Spring = decltype(spring);
         const Vector3<V> du = u[Spring::b] - u[Spring::a];
+        const V s = Spring::stretch(du);
         const Symmetric3<V> h =
-            spring_block(k[Spring::kKind], one_minus_rsqrt<accuracy>(Spring::stretch(du)),
-                         splat<V>(static_cast<Scalar<V>>(1.0 / Spring::kLength2)), Spring::vector(du));
+            law_block<law>(k[Spring::kKind], s, one_minus_rsqrt<accuracy>(s),
+                           splat<V>(static_cast<Scalar<V>>(1.0 / Spring::kLength2)), Spring::vector(du), constants);
         blocks[Spring::a] = blocks[Spring::a] + h;
         blocks[Spring::b] = blocks[Spring::b] + h;
     };
@@ -56,7 +58,7 @@ HYBMSS_INLINE void add_volume_blocks(const Vector3<V> (&u)[8], V scale, Symmetri
 }
 
 /// One layer of cells: adds to `partial`, sets `above`.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
+template <bool face_diagonals, Volume volume, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
     const V zero = splat<V>(0);
     const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
@@ -71,8 +73,8 @@ void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
         Symmetric3<V> blocks[8] = {none, none, none, none, none, none, none, none};
-        add_spring_blocks<accuracy>(CubeDiagonals{}, u, k, blocks);
-        add_spring_blocks<accuracy>(EdgesAndFaces<face_diagonals>{}, u, k, blocks);
+        add_spring_blocks<accuracy, law>(CubeDiagonals{}, u, k, layer.stiffening, blocks);
+        add_spring_blocks<accuracy, law>(EdgesAndFaces<face_diagonals>{}, u, k, layer.stiffening, blocks);
         if constexpr (volume != Volume::none) {
             add_volume_blocks<volume>(u, k[6] * splat<V>(layer.volume_ratio), blocks);
         }
@@ -84,7 +86,7 @@ void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries
 }
 
 /// The topmost node plane; `above` is not touched.
-template <bool face_diagonals, Accuracy accuracy, class V>
+template <bool face_diagonals, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void lattice_hessian_diagonal_top(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
     const V zero = splat<V>(0);
     const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
@@ -99,7 +101,7 @@ void lattice_hessian_diagonal_top(const LatticeHessianLayer<Scalar<V>, kBlockEnt
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
         Symmetric3<V> blocks[4] = {none, none, none, none};
-        add_spring_blocks<accuracy>(PlaneSprings<face_diagonals>{}, u, k, blocks);
+        add_spring_blocks<accuracy, law>(PlaneSprings<face_diagonals>{}, u, k, layer.stiffening, blocks);
         add_blocks<V>(layer.partial, at.low_y, blocks[2] + next_column(blocks[3], carry[1]));
         add_blocks<V>(layer.partial, n, blocks[0] + next_column(blocks[1], carry[0]));
     }

@@ -49,7 +49,8 @@ HYBMSS_INLINE void clear_above(const LatticeHessianLayer<T, components>& layer) 
     }
 }
 
-/// H (p_a - p_b) of each spring of a group, by the pair of its corners: what it adds at a, and subtracts at b.
+/// What a law makes of p_a - p_b for each spring of a group, by the pair of its corners: what it adds at a, and
+/// subtracts at b.
 template <class V, class... Springs>
 struct SpringProducts {
     Vector3<V> value[sizeof...(Springs)];
@@ -62,19 +63,30 @@ struct SpringProducts {
     }
 };
 
-template <Accuracy accuracy, class V, int corners, class... Springs>
+template <Accuracy accuracy, SpringLaw law, class V, int corners, class... Springs>
 HYBMSS_INLINE SpringProducts<V, Springs...> spring_products(SpringGroup<Springs...>, const Vector3<V> (&u)[corners],
-                                                            const Vector3<V> (&p)[corners], const V (&k)[7]) {
+                                                            const Vector3<V> (&p)[corners], const V (&k)[7],
+                                                            const StiffeningConstants<Scalar<V>>& constants) {
     SpringProducts<V, Springs...> product;
     const V s[] = {Springs::stretch(u[Springs::b] - u[Springs::a])...};
     V t[sizeof...(Springs)];
     one_minus_rsqrt<accuracy>(s, t);
     int i = 0;
-    ((product.value[i] =
-          spring_product(k[Springs::kKind], t[i], splat<V>(static_cast<Scalar<V>>(1.0 / Springs::kLength2)),
-                         Springs::vector(u[Springs::b] - u[Springs::a]), p[Springs::a] - p[Springs::b]),
-      ++i),
-     ...);
+    const auto multiply = [&](auto spring) {
+        using Spring = decltype(spring);
+        const Vector3<V> d = Spring::vector(u[Spring::b] - u[Spring::a]);
+        Vector3<V> difference;
+        if constexpr (law == SpringLaw::stiffening) {
+            difference = {-d.x, -d.y, -d.z};
+        } else {
+            difference = p[Spring::a] - p[Spring::b];
+        }
+        product.value[i] =
+            law_product<law>(k[Spring::kKind], s[i], t[i], splat<V>(static_cast<Scalar<V>>(1.0 / Spring::kLength2)), d,
+                             difference, constants);
+        ++i;
+    };
+    (multiply(Springs{}), ...);
     return product;
 }
 
@@ -104,8 +116,9 @@ HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V>
     product[3] = product[3] + (as - st);
 }
 
-/// One layer of cells: adds K p to `partial`, sets `above`. Rows meet and are stored as in lattice_layer.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
+/// One layer of cells: adds K p, or what another law makes of p, to `partial`, sets `above`. Rows meet and are stored
+/// as in lattice_layer.
+template <bool face_diagonals, Volume volume, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
     clear_above<V>(layer);
     auto carry = no_carry<V>();
@@ -113,18 +126,20 @@ void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
         const CellRows at = hessian_rows<V>(layer, n);
         Vector3<V> u[8], p[8];
         load_cells<V>(layer, layer.displacement, at, u);
-        load_cells<V>(layer, layer.direction, at, p);
+        if constexpr (law != SpringLaw::stiffening) {
+            load_cells<V>(layer, layer.direction, at, p);
+        }
         V k[7];
         for (int kind = 0; kind < 7; ++kind) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
-        const auto diagonals = spring_products<accuracy>(CubeDiagonals{}, u, p, k);
+        const auto diagonals = spring_products<accuracy, law>(CubeDiagonals{}, u, p, k, layer.stiffening);
         Vector3<V> f[4] = {diagonals.template at<0, 7>(), diagonals.template at<1, 6>(), diagonals.template at<2, 5>(),
                            diagonals.template at<3, 4>()};
         if constexpr (volume != Volume::none) {
             add_volume_product<volume>(u, p, k[6] * splat<V>(layer.volume_ratio), f);
         }
-        const auto springs = spring_products<accuracy>(EdgesAndFaces<face_diagonals>{}, u, p, k);
+        const auto springs = spring_products<accuracy, law>(EdgesAndFaces<face_diagonals>{}, u, p, k, layer.stiffening);
         const Vector3<V>&x = springs.template at<0, 1>(), &y = springs.template at<0, 2>(),
               &z = springs.template at<0, 4>();
 
@@ -156,7 +171,7 @@ void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
 }
 
 /// The topmost node plane, above which there are no cells; `above` is not touched.
-template <bool face_diagonals, Accuracy accuracy, class V>
+template <bool face_diagonals, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void lattice_hessian_product_top(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
     const V zero = splat<V>(0);
     auto carry = no_carry<V>();
@@ -165,13 +180,15 @@ void lattice_hessian_product_top(const LatticeHessianLayer<Scalar<V>, 3>& layer)
         Vector3<V> u[4], p[4];
         load_row<V>(layer.displacement, n, u[0], u[1]);
         load_row<V>(layer.displacement, at.low_y, u[2], u[3]);
-        load_row<V>(layer.direction, n, p[0], p[1]);
-        load_row<V>(layer.direction, at.low_y, p[2], p[3]);
+        if constexpr (law != SpringLaw::stiffening) {
+            load_row<V>(layer.direction, n, p[0], p[1]);
+            load_row<V>(layer.direction, at.low_y, p[2], p[3]);
+        }
         V k[7];
         for (int kind : {0, 1, 3}) {
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
-        const auto springs = spring_products<accuracy>(PlaneSprings<face_diagonals>{}, u, p, k);
+        const auto springs = spring_products<accuracy, law>(PlaneSprings<face_diagonals>{}, u, p, k, layer.stiffening);
         const Vector3<V>&x = springs.template at<0, 1>(), &y = springs.template at<0, 2>();
         Vector3<V> f0 = x + y, minus_f1 = x, minus_f2 = y, minus_f3{zero, zero, zero};
         if constexpr (face_diagonals) {

@@ -9,17 +9,22 @@
 namespace hybmss::kernels {
 namespace {
 
-/// product_b += H (p_b - p_a), product_a -= the same, for the springs of [begin, end), one colour.
-template <Accuracy accuracy, class V>
+/// product_b += H (p_b - p_a), or what another law says, product_a -= the same, for the springs of [begin, end), one
+/// colour.
+template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void network_spring_product(const NetworkSprings<Scalar<V>>& springs, const HessianArrays<Scalar<V>>& nodes,
                             std::ptrdiff_t begin, std::ptrdiff_t end) {
     for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
         Vector3<V> rest, du;
-        const V t = one_minus_rsqrt<accuracy>(spring_stretch<V>(springs, nodes.displacement, i, rest, du));
+        const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
         const std::int32_t *a = springs.a + i, *b = springs.b + i;
-        const Vector3<V> p = gather_vector<V>(nodes.direction, b) - gather_vector<V>(nodes.direction, a);
-        const Vector3<V> change = spring_product(load_lanes<V>(springs.stiffness + i), t,
-                                                 load_lanes<V>(springs.inverse_length2 + i), rest + du, p);
+        Vector3<V> p = rest + du;
+        if constexpr (law != SpringLaw::stiffening) {
+            p = gather_vector<V>(nodes.direction, b) - gather_vector<V>(nodes.direction, a);
+        }
+        const Vector3<V> change =
+            law_product<law>(load_lanes<V>(springs.stiffness + i), s, one_minus_rsqrt<accuracy>(s),
+                             load_lanes<V>(springs.inverse_length2 + i), rest + du, p, nodes.stiffening);
         scatter_vector(gather_vector<V>(nodes.product, a) - change, nodes.product, a);
         scatter_vector(gather_vector<V>(nodes.product, b) + change, nodes.product, b);
     }
@@ -57,14 +62,15 @@ HYBMSS_INLINE void add_blocks(const Symmetric3<V>& h, const DiagonalBlocks<T>& b
 }
 
 /// Adds H to the blocks of both ends of the springs of [begin, end), one colour.
-template <Accuracy accuracy, class V>
+template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void network_spring_diagonal(const NetworkSprings<Scalar<V>>& springs, const HessianArrays<Scalar<V>>& nodes,
                              const DiagonalBlocks<Scalar<V>>& blocks, std::ptrdiff_t begin, std::ptrdiff_t end) {
     for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
         Vector3<V> rest, du;
-        const V t = one_minus_rsqrt<accuracy>(spring_stretch<V>(springs, nodes.displacement, i, rest, du));
-        const Symmetric3<V> h = spring_block(load_lanes<V>(springs.stiffness + i), t,
-                                             load_lanes<V>(springs.inverse_length2 + i), rest + du);
+        const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
+        const Symmetric3<V> h =
+            law_block<law>(load_lanes<V>(springs.stiffness + i), s, one_minus_rsqrt<accuracy>(s),
+                           load_lanes<V>(springs.inverse_length2 + i), rest + du, blocks.stiffening);
         add_blocks(h, blocks, springs.a + i);
         add_blocks(h, blocks, springs.b + i);
     }

@@ -11,7 +11,7 @@ namespace {
 
 /// Adds the products of `count` vectors of springs, the first of them at `lane` of `block`, computed side by side as in
 /// add_block_forces.
-template <Accuracy accuracy, int count, class V>
+template <Accuracy accuracy, int count, SpringLaw law, class V>
 HYBMSS_INLINE void add_block_products(const SpringBlock<Scalar<V>>* block, int lane,
                                       const PackedHessian<Scalar<V>>& nodes) {
     const auto block_of = [&](int i) -> const SpringBlock<Scalar<V>>& {
@@ -29,18 +29,22 @@ HYBMSS_INLINE void add_block_products(const SpringBlock<Scalar<V>>* block, int l
     for (int i = 0; i < count; ++i) {
         const SpringBlock<Scalar<V>>& springs = block_of(i);
         const int at = lane_of(i);
-        const Vector3<V> p = quad_difference<V>(nodes.direction, springs.a + at, springs.b + at);
+        Vector3<V> p = d[i];
+        if constexpr (law != SpringLaw::stiffening) {
+            p = quad_difference<V>(nodes.direction, springs.a + at, springs.b + at);
+        }
         V change[4];
-        vector_to_quads(spring_product(load_lanes<V>(springs.stiffness + at), t[i],
-                                       load_lanes<V>(springs.inverse_length2 + at), d[i], p),
+        vector_to_quads(law_product<law>(load_lanes<V>(springs.stiffness + at), s[i], t[i],
+                                         load_lanes<V>(springs.inverse_length2 + at), d[i], p, nodes.stiffening),
                         change);
         accumulate_quads<false>(change, nodes.product, springs.a + at);
         accumulate_quads<true>(change, nodes.product, springs.b + at);
     }
 }
 
-/// product_b += H (p_b - p_a), product_a -= the same, for the springs of blocks in which no node occurs twice.
-template <Accuracy accuracy, class V>
+/// product_b += H (p_b - p_a), or what another law says, product_a -= the same, for the springs of blocks in which no
+/// node occurs twice.
+template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void packed_spring_product(const SpringBlock<Scalar<V>>* blocks, const PackedHessian<Scalar<V>>& nodes,
                            std::ptrdiff_t begin, std::ptrdiff_t end) {
     constexpr int kCount = Traits<V>::kAvx512 ? 4 : 2;
@@ -49,12 +53,12 @@ void packed_spring_product(const SpringBlock<Scalar<V>>* blocks, const PackedHes
     std::ptrdiff_t b = begin;
     for (; b + kBlocks <= end; b += kBlocks) {
         for (int lane = 0; lane < kBlocks * kBlockItems; lane += kLanes) {
-            add_block_products<accuracy, kCount, V>(blocks + b, lane, nodes);
+            add_block_products<accuracy, kCount, law, V>(blocks + b, lane, nodes);
         }
     }
     for (; b < end; ++b) {
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
-            add_block_products<accuracy, 1, V>(blocks + b, lane, nodes);
+            add_block_products<accuracy, 1, law, V>(blocks + b, lane, nodes);
         }
     }
 }
@@ -96,8 +100,8 @@ void packed_cell_product(const CellBlock<Scalar<V>>* blocks, const PackedHessian
 /// Adds a vector of blocks to those of the nodes whose first elements are at `first`, one node after the other: a
 /// diagonal is made once for many products.
 template <class V>
-HYBMSS_INLINE void add_blocks(const Symmetric3<V>& h, const DiagonalBlocks<Scalar<V>>& blocks,
-                              const std::int32_t* first) {
+HYBMSS_INLINE void add_packed_blocks(const Symmetric3<V>& h, const DiagonalBlocks<Scalar<V>>& blocks,
+                                     const std::int32_t* first) {
     for (int e = 0; e < kBlockEntries; ++e) {
         alignas(64) Scalar<V> lanes[kWidth<V>];
         store_lanes(lanes, h.entry[e]);
@@ -108,17 +112,18 @@ HYBMSS_INLINE void add_blocks(const Symmetric3<V>& h, const DiagonalBlocks<Scala
 }
 
 /// Adds H to the blocks of both ends.
-template <Accuracy accuracy, class V>
+template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void packed_spring_diagonal(const SpringBlock<Scalar<V>>* springs, const Scalar<V>* displacement,
                             const DiagonalBlocks<Scalar<V>>& blocks, std::ptrdiff_t begin, std::ptrdiff_t end) {
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
             Vector3<V> rest, du;
-            const V t = one_minus_rsqrt<accuracy>(block_stretch<V>(springs[i], lane, displacement, rest, du));
-            const Symmetric3<V> h = spring_block(load_lanes<V>(springs[i].stiffness + lane), t,
-                                                 load_lanes<V>(springs[i].inverse_length2 + lane), rest + du);
-            add_blocks(h, blocks, springs[i].a + lane);
-            add_blocks(h, blocks, springs[i].b + lane);
+            const V s = block_stretch<V>(springs[i], lane, displacement, rest, du);
+            const Symmetric3<V> h =
+                law_block<law>(load_lanes<V>(springs[i].stiffness + lane), s, one_minus_rsqrt<accuracy>(s),
+                               load_lanes<V>(springs[i].inverse_length2 + lane), rest + du, blocks.stiffening);
+            add_packed_blocks(h, blocks, springs[i].a + lane);
+            add_packed_blocks(h, blocks, springs[i].b + lane);
         }
     }
 }
@@ -136,8 +141,8 @@ void packed_cell_diagonal(const CellBlock<Scalar<V>>* cells, const Scalar<V>* di
             const Vector3<V> gradient[4] = {plus + cell.ab, cell.ab - minus, minus + cell.ab, cell.ab - plus};
             for (int corner = 0; corner < 4; ++corner) {
                 const Symmetric3<V> h = rank_one(splat<V>(0), scale, gradient[corner]);
-                add_blocks(h, blocks, cells[i].node[corner] + lane);
-                add_blocks(h, blocks, cells[i].node[7 - corner] + lane);
+                add_packed_blocks(h, blocks, cells[i].node[corner] + lane);
+                add_packed_blocks(h, blocks, cells[i].node[7 - corner] + lane);
             }
         }
     }

@@ -8,31 +8,47 @@
 namespace hybmss::kernels {
 namespace {
 
-/// t = 1 - l/|d| and l n of a spring; H = k [ t I + (1 - t) n n^T ], see spring_hessian.hpp.
+/// A spring's block k [ isotropic I + axial n n^T ] by a law, and l n; see spring_hessian.hpp.
 template <class T>
-struct RecordAxis {
-    T t;
-    Point<T> axis;
+struct RecordBlock {
+    T isotropic, axial;
+    Point<T> d, axis;
 };
 
-template <class T>
-HYBMSS_INLINE RecordAxis<T> record_axis(const SpringRecord<T>& spring, const T* u) {
-    Point<T> d;
-    const T t = scalar_one_minus_rsqrt(record_stretch(spring, u, d));
-    return {t, (1 - t) * d};
+template <SpringLaw law, class T>
+HYBMSS_INLINE RecordBlock<T> record_block(const SpringRecord<T>& spring, const T* u, const StiffeningConstants<T>& c) {
+    RecordBlock<T> block;
+    const T s = record_stretch(spring, u, block.d);
+    const T t = scalar_one_minus_rsqrt(s);
+    block.axis = (1 - t) * block.d;
+    if constexpr (law == SpringLaw::elastic) {
+        block.isotropic = t;
+        block.axial = 1 - t;
+    } else if constexpr (law == SpringLaw::damping) {
+        block.isotropic = 0;
+        block.axial = 1;
+    } else {
+        const T e = s / (1 + scalar_square_root(s + 1 > 0 ? s + 1 : T(0)));
+        block.isotropic = e * e * (c.quadratic + c.cubic * e) * (1 - t);
+        block.axial = law == SpringLaw::stiffening ? T(0) : e * (2 * c.quadratic + 3 * c.cubic * e) - block.isotropic;
+    }
+    return block;
 }
 
-/// product_b += H (p_b - p_a), product_a -= the same.
-template <class V>
+/// product_b += H (p_b - p_a), or what another law says, product_a -= the same.
+template <class V, SpringLaw law = SpringLaw::elastic>
 void record_spring_product(const SpringRecord<Scalar<V>>* springs, const PackedHessian<Scalar<V>>& nodes,
                            std::ptrdiff_t begin, std::ptrdiff_t end) {
     using T = Scalar<V>;
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         const SpringRecord<T>& spring = springs[i];
-        const auto [t, axis] = record_axis(spring, nodes.displacement);
-        const Point<T> p = point_at(nodes.direction + spring.b) - point_at(nodes.direction + spring.a);
-        const T axial = spring.stiffness * (1 - t) * spring.inverse_length2 * scalar_product(axis, p);
-        const Point<T> change = (spring.stiffness * t) * p + axial * axis;
+        const RecordBlock<T> block = record_block<law>(spring, nodes.displacement, nodes.stiffening);
+        Point<T> p = block.d;
+        if constexpr (law != SpringLaw::stiffening) {
+            p = point_at(nodes.direction + spring.b) - point_at(nodes.direction + spring.a);
+        }
+        const T axial = spring.stiffness * block.axial * spring.inverse_length2 * scalar_product(block.axis, p);
+        const Point<T> change = (spring.stiffness * block.isotropic) * p + axial * block.axis;
         add_to(nodes.product + spring.b, change);
         add_to(nodes.product + spring.a, T(-1) * change);
     }
@@ -76,16 +92,16 @@ HYBMSS_INLINE void add_rank_one(T diagonal, T scale, const Point<T>& v, const Di
 }
 
 /// Adds H to the blocks of both ends.
-template <class V>
+template <class V, SpringLaw law = SpringLaw::elastic>
 void record_spring_diagonal(const SpringRecord<Scalar<V>>* springs, const Scalar<V>* displacement,
                             const DiagonalBlocks<Scalar<V>>& blocks, std::ptrdiff_t begin, std::ptrdiff_t end) {
     using T = Scalar<V>;
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         const SpringRecord<T>& spring = springs[i];
-        const auto [t, axis] = record_axis(spring, displacement);
-        const T axial = spring.stiffness * (1 - t) * spring.inverse_length2;
+        const RecordBlock<T> block = record_block<law>(spring, displacement, blocks.stiffening);
+        const T axial = spring.stiffness * block.axial * spring.inverse_length2;
         for (const std::int32_t end_node : {spring.a, spring.b}) {
-            add_rank_one(spring.stiffness * t, axial, axis, blocks, end_node);
+            add_rank_one(spring.stiffness * block.isotropic, axial, block.axis, blocks, end_node);
         }
     }
 }

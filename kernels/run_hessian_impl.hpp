@@ -63,13 +63,13 @@ HYBMSS_INLINE void set_block(const CellRuns<Scalar<V>>& cells, std::ptrdiff_t i,
     copy_row(shape.inverse_volume, block.inverse_volume);
 }
 
-template <Accuracy accuracy, class V>
+template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void run_spring_product(const SpringRuns<Scalar<V>>* springs, const PackedHessian<Scalar<V>>& nodes,
                         std::ptrdiff_t begin, std::ptrdiff_t end) {
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         SpringBlock<Scalar<V>> block;
         set_block<V>(*springs, i, block);
-        packed_spring_product<accuracy, V>(&block, nodes, 0, 1);
+        packed_spring_product<accuracy, V, law>(&block, nodes, 0, 1);
     }
 }
 
@@ -83,13 +83,13 @@ void run_cell_product(const CellRuns<Scalar<V>>* cells, const PackedHessian<Scal
     }
 }
 
-template <Accuracy accuracy, class V>
+template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
 void run_spring_diagonal(const SpringRuns<Scalar<V>>* springs, const Scalar<V>* displacement,
                          const DiagonalBlocks<Scalar<V>>& blocks, std::ptrdiff_t begin, std::ptrdiff_t end) {
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         SpringBlock<Scalar<V>> block;
         set_block<V>(*springs, i, block);
-        packed_spring_diagonal<accuracy, V>(&block, displacement, blocks, 0, 1);
+        packed_spring_diagonal<accuracy, V, law>(&block, displacement, blocks, 0, 1);
     }
 }
 

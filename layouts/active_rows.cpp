@@ -104,7 +104,8 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
         a.begin.push_back(a.begin.back() + lanes);
         a.plane = std::max(a.plane, lanes);
     }
-    a.allocate(a.begin.back() + a.width); // a vector more, for the element after the last
+    a.allocate(a.begin.back() + a.width,
+               material.face_diagonal_ratio > 0); // a vector more, for the element after the last
 
     a.neighbors.reserve(a.begin.back() / a.width - a.planes);
     const CellShares shares(lattice, material, a.axes);

@@ -36,7 +36,7 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Gho
         a.begin.push_back(first + k * a.plane);
     }
     a.lanes.assign(a.planes, lanes);
-    a.allocate(a.begin.back() + (ghosts == Ghosts::planes ? a.plane : 0));
+    a.allocate(a.begin.back() + (ghosts == Ghosts::planes ? a.plane : 0), material.face_diagonal_ratio > 0);
 
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());

@@ -21,7 +21,7 @@ struct LatticeArrays {
     std::vector<std::size_t> begin; ///< of each plane; one more entry at the end of the last
     std::vector<std::size_t> lanes; ///< of each plane: elements that a sweep visits
     double cell_size = 0;
-    AlignedArray<T> stiffness[7];           ///< k h, N
+    AlignedArray<T> stiffness[7];           ///< k h, N; of face diagonals only where there are any
     AlignedArray<T> inverse_mass;           ///< 1 / (m h); 0 at void nodes
     std::vector<VectorNeighbors> neighbors; ///< active-rows
     std::size_t width = 0;                  ///< active-rows: lanes of a vector
@@ -32,21 +32,26 @@ struct LatticeArrays {
     /// Elements of every array.
     std::size_t size() const { return inverse_mass.size(); }
     std::size_t bytes() const {
-        return 8 * size() * sizeof(T) + (begin.size() + lanes.size()) * sizeof(std::size_t) +
-               neighbors.size() * sizeof(VectorNeighbors) + masses.size() * sizeof(double) +
-               runs.size() * sizeof(NodeRun);
+        return (8 - (stiffness[3].size() > 0 ? 0 : 3)) * size() * sizeof(T) +
+               (begin.size() + lanes.size()) * sizeof(std::size_t) + neighbors.size() * sizeof(VectorNeighbors) +
+               masses.size() * sizeof(double) + runs.size() * sizeof(NodeRun);
     }
 
     /// Room for `elements`, and what fills the last vector of the widest kind: loops over whole arrays have no tail.
-    void allocate(std::size_t elements) {
+    void allocate(std::size_t elements, bool face_diagonals) {
         elements = padded(elements);
-        for (auto& array : stiffness) {
-            array = AlignedArray<T>(elements);
+        for (std::size_t kind = 0; kind < 7; ++kind) {
+            if (face_diagonals || kind < 3 || kind == 6) {
+                stiffness[kind] = AlignedArray<T>(elements);
+            }
         }
         inverse_mass = AlignedArray<T>(elements);
     }
     void set_node(std::size_t n, const CellShares::Node& node, const CellShares& shares) {
         for (std::size_t kind = 0; kind < 7; ++kind) {
+            if (stiffness[kind].size() == 0) {
+                continue;
+            }
             stiffness[kind][n] = static_cast<T>(node.stiffness[kind]);
         }
         inverse_mass[n] = node.cells > 0 ? static_cast<T>(shares.inverse_mass(node.cells)) : T(0);

@@ -1,5 +1,6 @@
 #include "hybmss/material.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -27,6 +28,29 @@ void validate(const Material& m) {
     require(m.density > 0 && m.density <= 1e12, "density", m.density, "finite and above 0 (at most 1e12 kg/m^3)");
     require(m.face_diagonal_ratio >= 0 && m.face_diagonal_ratio <= 1e6, "face_diagonal_ratio", m.face_diagonal_ratio,
             "finite and at least 0 (at most 1e6)");
+    validate(m.stiffening);
+}
+
+// The slope 1 + 2 a e + 3 b e^2 is convex for b >= 0. Its minimum over e >= -1 is at e = -a/(3b) where that is above
+// -1, else at -1: for 3 b <= 1 the end decides what a may be, else the vertex. For b < 0 the slope falls without end.
+StiffeningRange quadratic_stiffening(double cubic) {
+    const double root = std::sqrt(3 * cubic);
+    return {0 - root, 3 * cubic <= 1 ? (1 + 3 * cubic) / 2 : root};
+}
+
+void validate(const SpringStiffening& s) {
+    require(s.cubic >= 0 && s.cubic <= 1e6, "stiffening.cubic", s.cubic, "at least 0 (at most 1e6)");
+    const StiffeningRange range = quadratic_stiffening(s.cubic);
+    std::ostringstream allowed;
+    allowed << "in [" << range.least << ", " << range.most << "] with cubic = " << s.cubic
+            << ", so that no spring gives way as it is pulled";
+    require(s.quadratic >= range.least && s.quadratic <= range.most, "stiffening.quadratic", s.quadratic,
+            allowed.str().c_str());
+}
+
+double largest_stiffening(const SpringStiffening& s, double strain) {
+    const auto slope = [&](double e) { return 1 + 2 * s.quadratic * e + 3 * s.cubic * e * e; };
+    return std::max({1.0, slope(strain), slope(-strain)});
 }
 
 double shear_modulus(const Material& m) {

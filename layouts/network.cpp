@@ -62,6 +62,7 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
     }
     network.masses.assign(nodes.size(), 0.0);
     network.volume_energy = resolved_volume_energy(material);
+    network.stiffening = material.stiffening;
     const double kappa = network.volume_energy == VolumeEnergy::none ? 0.0 : volume_modulus(material);
 
     const auto add_springs = [&](std::span<const SpringKind> kinds, double share, int i, int j, int k) {
@@ -106,6 +107,7 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
 }
 
 void validate(const Network& network) {
+    validate(network.stiffening);
     const auto node_count = static_cast<std::int64_t>(network.rest_positions.size());
     if (network.masses.size() != network.rest_positions.size()) {
         throw std::invalid_argument("network: " + std::to_string(network.masses.size()) + " masses for " +

@@ -13,7 +13,8 @@ template <class T>
 std::size_t State<T>::bytes() const {
     std::size_t sum = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-        sum += displacement[c].bytes() + velocity[c].bytes() + force[c].bytes() + direction[c].bytes();
+        sum += displacement[c].bytes() + velocity[c].bytes() + force[c].bytes() + direction[c].bytes() +
+               stiffening[c].bytes();
     }
     for (const auto& buffer : buffers) {
         sum += buffer.bytes();
@@ -223,6 +224,36 @@ void Body<T>::add_action_stages(State<T>& state, const StepParameters& parameter
     stages.push_back(
         stage_over(prescribed, none_twice ? kPiece : prescribed.size(),
                    [&state](std::span<const PrescribedComponent<T>> part) { set_prescribed(state, part); }));
+}
+
+template <class T>
+void Body<T>::add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, double time_step, double* taken,
+                              std::vector<Stage>& stages) const {
+    // Pieces of each component, or of the packed array; their sums meet in this order.
+    constexpr std::size_t kElements = 4096;
+    const std::size_t size = velocity[0].size(), components = velocity[1].size() > 0 ? 3 : 1;
+    const std::size_t pieces = (size + kElements - 1) / kElements;
+    const auto sums = std::make_shared<std::vector<double>>(taken ? components * pieces : 0);
+    stages.push_back({components * pieces, [=, &velocity, &product, kick = kernel_table().network_effects->kick,
+                                            inverse_mass = inverse_masses().data(),
+                                            factor = static_cast<T>(time_step)](std::size_t i, std::size_t) {
+                          const std::size_t c = i / pieces, begin = i % pieces * kElements;
+                          const double out = kick(velocity[c].data(), product[c].data(), inverse_mass, factor,
+                                                  static_cast<std::ptrdiff_t>(begin),
+                                                  static_cast<std::ptrdiff_t>(std::min(begin + kElements, size)));
+                          if (taken) {
+                              (*sums)[i] = out;
+                          }
+                      }});
+    if (taken) {
+        stages.push_back({1, [taken, sums, unit = length_unit()](std::size_t, std::size_t) {
+                              double sum = 0;
+                              for (double out : *sums) {
+                                  sum += out;
+                              }
+                              *taken += unit * sum;
+                          }});
+    }
 }
 
 template <class T>

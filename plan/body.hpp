@@ -2,8 +2,10 @@
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/force_plan.hpp"
+#include "kernels/kernel_table.hpp"
 #include "layouts/aligned_array.hpp"
 #include "layouts/node_runs.hpp"
+#include "plan/critical_time_step.hpp"
 #include "plan/workers.hpp"
 
 #include <array>
@@ -40,6 +42,7 @@ struct State {
     NodeField<T> velocity;                ///< likewise, per s; empty unless the body moves
     NodeField<T> force;                   ///< N; empty until forces are asked for
     NodeField<T> direction;               ///< as displacements; empty until a Hessian product is asked for
+    NodeField<T> stiffening;              ///< N; empty unless the springs stiffen, zero between uses
     std::vector<AlignedArray<T>> buffers; ///< the body's own
 
     std::size_t bytes() const;
@@ -60,6 +63,13 @@ struct LoadedComponent {
     std::size_t index;
     int axis;
     T acceleration;
+};
+
+/// A pass over all springs by a law of their own, beside or instead of their elasticity.
+template <class T>
+struct SpringPass {
+    kernels::SpringLaw law;
+    kernels::StiffeningConstants<T> stiffening = {}; ///< of the laws that stiffen
 };
 
 template <class T>
@@ -95,7 +105,8 @@ public:
     virtual std::size_t index_of(std::size_t node) const = 0;
     /// m by which displacements are divided inside.
     virtual double length_unit() const = 0;
-    virtual double critical_time_step() const = 0;
+    virtual const FrequencyBounds& frequencies() const = 0;
+    double critical_time_step() const { return frequencies().critical_time_step(); }
     virtual PlanDescription describe() const = 0;
 
     /// Whether take_over() is there.
@@ -118,6 +129,22 @@ public:
     /// the body. Sets blocks[e][index of the node] for the entries e = xx, yy, zz, xy, xz, yz; zero between and behind
     /// the nodes. Makes the arrays where they are empty.
     virtual void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const = 0;
+    /// Adds to `product` what the law makes of `direction` (see kernels::SpringLaw; null for `stiffening`): in N by the
+    /// unit of the direction per length unit of the body. `product` must have the size of the displacements and be
+    /// zero. The fields must outlive the stages.
+    virtual std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
+                                             NodeField<T>& product) const = 0;
+    /// Sets the blocks on the diagonal of a law's operator, as hessian_diagonal does; not for `stiffening`.
+    virtual void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const = 0;
+    /// J that the springs store beyond 1/2 k (|d| - l)^2 with these constants.
+    virtual double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const = 0;
+    /// 1 / (m length unit), by places as in a component of a node field, or packed with a zero as the fourth.
+    virtual const AlignedArray<T>& inverse_masses() const = 0;
+    virtual const kernels::KernelTable<T>& kernel_table() const = 0;
+    /// velocity -= time_step * product / m, product = 0. Where `taken` is not null, *taken += the kinetic
+    /// energy (J) that this takes out. The fields must outlive the stages.
+    void add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, double time_step, double* taken,
+                         std::vector<Stage>& stages) const;
     /// One step by the body's own forces, gravity and damping. The state must outlive the stages.
     virtual std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const = 0;
     /// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components.

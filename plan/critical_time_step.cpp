@@ -17,11 +17,16 @@ Vector3d corner_position(int corner) {
     return {static_cast<double>(corner & 1), static_cast<double>(corner >> 1 & 1), static_cast<double>(corner >> 2)};
 }
 
+struct CellStiffness {
+    Matrix24 body = Matrix24::Zero(), springs = Matrix24::Zero();
+};
+
 /// The stiffness matrix at rest of one cell with its shares of the springs: k n n^T for each, and
 /// kappa/V0 (dV'/dx)(dV'/dx)^T, dV'/dx_i = h^2/4 (+-1, +-1, +-1).
-Matrix24 cell_stiffness(const Material& material, double h) {
+CellStiffness cell_stiffness(const Material& material, double h) {
     const SpringConstants constants = spring_constants(material, h);
-    Matrix24 stiffness = Matrix24::Zero();
+    CellStiffness cell;
+    Matrix24& stiffness = cell.springs;
     Eigen::Matrix<double, 24, 1> gradient;
     for (int a = 0; a < 8; ++a) {
         gradient.segment<3>(3 * a) = h * h / 4 * (2 * corner_position(a) - Vector3d::Ones());
@@ -38,32 +43,51 @@ Matrix24 cell_stiffness(const Material& material, double h) {
             stiffness.block<3, 3>(3 * b, 3 * a) -= block;
         }
     }
+    cell.body = stiffness;
     if (resolved_volume_energy(material) != VolumeEnergy::none) {
-        stiffness += volume_modulus(material) / (h * h * h) * gradient * gradient.transpose();
+        cell.body += volume_modulus(material) / (h * h * h) * gradient * gradient.transpose();
     }
-    return stiffness;
+    return cell;
 }
 
-double step_for(double omega2) {
-    return omega2 > 0 ? 2 / std::sqrt(omega2) : std::numeric_limits<double>::infinity();
+double largest_eigenvalue(const Matrix24& matrix) {
+    return Eigen::SelfAdjointEigenSolver<Matrix24>(matrix, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 }
 
 } // namespace
 
-double lattice_critical_time_step(const Lattice& lattice, const Material& material) {
-    const double h = lattice.cell_size();
-    const Eigen::SelfAdjointEigenSolver<Matrix24> solver(cell_stiffness(material, h), Eigen::EigenvaluesOnly);
-    const auto scales = lattice.cell_scales();
-    const double largest_scale = static_cast<double>(*std::max_element(scales.begin(), scales.end()));
-    return step_for(largest_scale * solver.eigenvalues().maxCoeff() / (material.density * h * h * h / 8));
+FrequencyBounds FrequencyBounds::with(std::span<const Obstacle> obstacles) const {
+    const double automatic = body / 4; // 1/dt^2, dt = 2/omega
+    FrequencyBounds among = *this;
+    for (const Obstacle& obstacle : obstacles) {
+        among.body += obstacle.stiffness > 0 ? obstacle.stiffness : automatic;
+    }
+    return among;
 }
 
-double network_critical_time_step(const Network& network) {
+// dt = (-beta s + sqrt((beta s)^2 + 4 o)) / o for o dt^2 + 2 beta s dt = 4, without cancellation
+double FrequencyBounds::critical_time_step(double stiffness_damping, double stiffening) const {
+    const double omega2 = body + (stiffening - 1) * springs, damping = stiffness_damping * springs;
+    const double inverse = damping + std::sqrt(damping * damping + 4 * omega2);
+    return inverse > 0 ? 4 / inverse : std::numeric_limits<double>::infinity();
+}
+
+FrequencyBounds lattice_frequencies(const Lattice& lattice, const Material& material) {
+    const double h = lattice.cell_size();
+    const CellStiffness cell = cell_stiffness(material, h);
+    const auto scales = lattice.cell_scales();
+    const double largest_scale = static_cast<double>(*std::max_element(scales.begin(), scales.end()));
+    const double by_mass = largest_scale / (material.density * h * h * h / 8);
+    return {by_mass * largest_eigenvalue(cell.body), by_mass * largest_eigenvalue(cell.springs)};
+}
+
+FrequencyBounds network_frequencies(const Network& network) {
     std::vector<double> row_sum(network.masses.size(), 0.0);
     for (const Network::Spring& s : network.springs) {
         row_sum[static_cast<std::size_t>(s.a)] += 2 * s.stiffness;
         row_sum[static_cast<std::size_t>(s.b)] += 2 * s.stiffness;
     }
+    const std::vector<double> spring_sum = row_sum;
     for (const Network::Cell& cell : network.cells) {
         Eigen::Matrix3d edges = Eigen::Matrix3d::Zero();
         for (int corner = 0; corner < 8; ++corner) {
@@ -85,20 +109,12 @@ double network_critical_time_step(const Network& network) {
             row_sum[node] += std::abs(cell.kappa) / volume * norm[corner] * sum;
         }
     }
-    double largest = 0;
+    FrequencyBounds largest;
     for (std::size_t n = 0; n < row_sum.size(); ++n) {
-        largest = std::max(largest, row_sum[n] / network.masses[n]);
+        largest.body = std::max(largest.body, row_sum[n] / network.masses[n]);
+        largest.springs = std::max(largest.springs, spring_sum[n] / network.masses[n]);
     }
-    return step_for(largest);
-}
-
-double contact_time_step(double body_time_step, std::span<const Obstacle> obstacles) {
-    const double automatic = 1 / (body_time_step * body_time_step);
-    double omega2 = 4 * automatic;
-    for (const Obstacle& obstacle : obstacles) {
-        omega2 += obstacle.stiffness > 0 ? obstacle.stiffness : automatic;
-    }
-    return omega2 > 0 ? 2 / std::sqrt(omega2) : std::numeric_limits<double>::infinity();
+    return largest;
 }
 
 } // namespace hybmss

@@ -9,15 +9,27 @@
 
 namespace hybmss {
 
-/// 2 / omega with omega^2 the largest eigenvalue of one cell's stiffness by its share of the masses: no assembly of
-/// cells has a larger one (Irons and Treharne's theorem on element eigenvalues), so the step is stable near rest.
-double lattice_critical_time_step(const Lattice& lattice, const Material& material);
+/// Upper bounds of omega^2, the largest eigenvalue of M^-1 K, near rest, 1/s^2.
+struct FrequencyBounds {
+    double body = 0;    ///< of all forces
+    double springs = 0; ///< of the springs alone
 
-/// 2 / omega with omega^2 bounded by the largest row sum of M^-1 K (Gershgorin), each 3x3 block by its norm.
-double network_critical_time_step(const Network& network);
+    /// The body among obstacles: their stiffnesses by a node's mass join its largest eigenvalue, for a node may be in
+    /// several of them at once.
+    FrequencyBounds with(std::span<const Obstacle> obstacles) const;
 
-/// 2 / sqrt(4/dt^2 + sum of the obstacles' stiffnesses): a node's own stiffness by its mass joins the body's largest
-/// eigenvalue, for every obstacle that it may be in at the same time. dt: the body's own critical time step.
-double contact_time_step(double body_time_step, std::span<const Obstacle> obstacles);
+    /// A step of semi-implicit Euler that is stable near rest, s. With springs damped by c = beta k, beta = the
+    /// `stiffness_damping` in s, taken at the old velocity, a mode with the stiffness k, damping c and mass m by its
+    /// shape is stable where dt^2 k + 2 dt c < 4 m: that is so where dt^2 omega^2 + 2 dt beta omega_springs^2 <= 4.
+    /// `stiffening`: by how much springs may be stiffer than at rest, >= 1. Infinite where nothing resists.
+    double critical_time_step(double stiffness_damping = 0, double stiffening = 1) const;
+};
+
+/// By the largest eigenvalues of one cell's stiffness by its share of the masses: no assembly of cells has a larger one
+/// (Irons and Treharne's theorem on element eigenvalues).
+FrequencyBounds lattice_frequencies(const Lattice& lattice, const Material& material);
+
+/// By the largest row sum of M^-1 K (Gershgorin), each 3x3 block by its norm.
+FrequencyBounds network_frequencies(const Network& network);
 
 } // namespace hybmss

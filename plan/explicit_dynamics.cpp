@@ -4,7 +4,7 @@
 #include "plan/contact.hpp"
 #include "plan/critical_time_step.hpp"
 #include "plan/planned_body.hpp"
-#include "plan/step_effect.hpp"
+#include "plan/spring_damping.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -94,6 +94,7 @@ struct ExplicitDynamics<T>::Implementation {
     double wave_speed;      ///< m/s, at most: no wave passes an edge in less than the critical time step
     std::vector<std::unique_ptr<StepEffect<T>>> effects;
     Contact<T>* contact = nullptr; ///< one of the effects; nullptr without obstacles
+    SpringDamping<T>* damping = nullptr; ///< one of them, or none
     std::vector<PrescribedComponent<T>> prescribed;
     std::vector<LoadedComponent<T>> loaded;
     std::vector<NodalLoad> loads;        ///< that `loaded` comes from
@@ -146,6 +147,9 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
         }
     }
     implementation_->prescribed = std::move(components);
+    for (const auto& effect : implementation_->effects) {
+        effect->set_prescribed(implementation_->prescribed);
+    }
     Body<T>::set_prescribed(implementation_->state, implementation_->prescribed);
 }
 
@@ -233,6 +237,23 @@ void ExplicitDynamics<T>::set_obstacles(std::span<const SurfaceNode> surface, st
     all.contact = made.get();
     if (made) {
         all.effects.push_back(std::move(made));
+    }
+}
+
+template <class T>
+void ExplicitDynamics<T>::damp_springs(double stiffness_damping) {
+    if (!(stiffness_damping >= 0) || !std::isfinite(stiffness_damping)) {
+        throw std::invalid_argument("stiffness_damping = " + std::to_string(stiffness_damping) +
+                                    " is not allowed: it must be finite and at least 0 s");
+    }
+    Implementation& i = *implementation_;
+    std::erase_if(i.effects, [&](const auto& effect) { return effect.get() == i.damping; });
+    i.damping = nullptr;
+    if (stiffness_damping > 0) {
+        auto damping = std::make_unique<SpringDamping<T>>(stiffness_damping);
+        damping->set_prescribed(i.prescribed);
+        i.damping = damping.get();
+        i.effects.push_back(std::move(damping));
     }
 }
 
@@ -369,13 +390,16 @@ double ExplicitDynamics<T>::kinetic_energy() const {
 template <class T>
 double ExplicitDynamics<T>::critical_time_step() const {
     const Implementation& all = *implementation_;
-    const double own = all.body->critical_time_step();
-    return all.contact ? contact_time_step(own, all.contact->obstacles()) : own;
+    const FrequencyBounds bounds =
+        all.contact ? all.body->frequencies().with(all.contact->obstacles()) : all.body->frequencies();
+    return bounds.critical_time_step(all.damping ? all.damping->seconds() : 0);
 }
 template <class T>
 PlanDescription ExplicitDynamics<T>::describe() const {
     PlanDescription description = implementation_->planned.describe();
     description.bytes += implementation_->state.bytes();
+    description.bytes += implementation_->prescribed.size() * sizeof(PrescribedComponent<T>);
+    description.bytes += implementation_->loaded.size() * sizeof(LoadedComponent<T>);
     for (const auto& effect : implementation_->effects) {
         description.bytes += effect->bytes();
     }

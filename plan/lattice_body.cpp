@@ -66,8 +66,8 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
       material_(material), face_diagonals_(material.face_diagonal_ratio > 0),
       volume_(kernel_volume(resolved_volume_energy(material))), accuracy_(options.accuracy),
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count())),
-      critical_time_step_(lattice_critical_time_step(lattice, material)),
-      springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
+      frequencies_(lattice_frequencies(lattice, material)), springs_(lattice.merged_springs(face_diagonals_).total()),
+      cells_(lattice.cell_count()) {}
 
 template <class T>
 State<T> LatticeBody<T>::make_state(bool moving) const {
@@ -108,7 +108,9 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     }
     layer.inverse_mass = layout_.inverse_mass.data() + offset;
     for (std::size_t kind = 0; kind < 7; ++kind) {
-        layer.stiffness[kind] = layout_.stiffness[kind].data() + offset;
+        // Kernels without face diagonals never look at theirs, which then are not there: any address will do.
+        const std::size_t held = layout_.stiffness[kind].size() > 0 ? kind : 0;
+        layer.stiffness[kind] = layout_.stiffness[held].data() + offset;
     }
     layer.volume_ratio = layout_.volume_ratio;
     return layer;

@@ -4,7 +4,9 @@
 #include "layouts/lattice_arrays.hpp"
 #include "plan/body.hpp"
 
+#include <array>
 #include <string>
+#include <type_traits>
 
 namespace hybmss {
 
@@ -28,7 +30,7 @@ public:
     std::span<const NodeRun> runs() const override { return layout_.runs; }
     std::size_t index_of(std::size_t node) const override { return index_in(layout_.runs, node); }
     double length_unit() const override { return layout_.cell_size; }
-    double critical_time_step() const override { return critical_time_step_; }
+    const FrequencyBounds& frequencies() const override { return frequencies_; }
     PlanDescription describe() const override;
     bool can_be_cut() const override { return true; }
     void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) override;
@@ -38,6 +40,12 @@ public:
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
+    std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
+                                     NodeField<T>& product) const override;
+    void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
+    double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
+    const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
+    const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
     std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 protected:
@@ -64,10 +72,24 @@ private:
     void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
                     const kernels::StepConstants<T>& step) const;
 
-    /// `sums`: the arrays that the sweep sets; `direction`: null for a diagonal.
+    /// What a sweep of second derivatives, or by another law of the springs, is made with.
+    struct HessianSweep {
+        const kernels::LatticeHessianKernels<T>* kernels;
+        kernels::Volume volume;
+        kernels::StiffeningConstants<T> stiffening;
+    };
+    HessianSweep elastic() const { return {table_->lattice_hessian, volume_, {}}; }
+    HessianSweep sweep_of(const SpringPass<T>& pass) const;
+    /// Layer k without the arrays for sums; `direction`: null where none is needed.
     template <int components>
-    void sweep_hessian(State<T>& state, const kernels::LatticeHessianSweep<T, components>& kernels,
-                       const NodeField<T>* direction, T* const (&sums)[components]) const;
+    kernels::LatticeHessianLayer<T, components> hessian_layer(State<T>& state, std::size_t k,
+                                                              const NodeField<T>* direction) const;
+    /// `sums`: the arrays that the sweep sets. The state and the fields must outlive the stages.
+    template <int components>
+    std::vector<Stage> hessian_stages(State<T>& state, const kernels::LatticeHessianSweep<T, components>& kernels,
+                                      const HessianSweep& sweep, const NodeField<T>* direction,
+                                      const std::type_identity_t<std::array<T*, components>>& sums) const;
+    void run_diagonal(State<T>& state, const HessianSweep& sweep, AlignedArray<T> (&blocks)[6]) const;
 
     std::string name_; ///< of the layout
     const kernels::KernelTable<T>* table_;
@@ -78,7 +100,7 @@ private:
     kernels::Volume volume_;
     Accuracy accuracy_;
     std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
-    double critical_time_step_;
+    FrequencyBounds frequencies_;
     std::size_t springs_, cells_;
 };
 

@@ -3,6 +3,7 @@
 #include "plan/lattice_body.hpp"
 #include "plan/network_body.hpp"
 #include "plan/packed_network_body.hpp"
+#include "plan/stiffened_body.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -39,6 +40,34 @@ std::unique_ptr<Body<T>> network_body(const Network& network, const PlanOptions&
     refuse_layout(layout, network_layouts());
 }
 
+template <class T>
+std::unique_ptr<Body<T>> stiffened(std::unique_ptr<Body<T>> body, const SpringStiffening& stiffening) {
+    if (!stiffening.any()) {
+        return body;
+    }
+    const int threads = body->workers().threads();
+    return std::make_unique<StiffenedBody<T>>(std::move(body), stiffening, threads);
+}
+
+template <class T>
+std::unique_ptr<Body<T>> plain_body(const Lattice& lattice, const Material& material, const PlanOptions& options) {
+    const std::string layout = options.layout.empty() ? estimated_layout(lattice) : options.layout;
+    if (layout == kFlatRows || layout == kActiveRows) {
+        return std::make_unique<LatticeBody<T>>(lattice, material, options, layout);
+    }
+    if (layout == kGatherRows) {
+        return std::make_unique<GatherBody<T>>(lattice, material, options);
+    }
+    if (options.layout == kNetwork) {
+        return network_body<T>(Network::from_lattice(lattice, material), options, "");
+    }
+    // A network's layouts by their own names too, so that what a plan says it chose can be asked for again.
+    if (const auto known = network_layouts(); std::find(known.begin(), known.end(), options.layout) != known.end()) {
+        return network_body<T>(Network::from_lattice(lattice, material), options, options.layout);
+    }
+    refuse_layout(options.layout, lattice_layouts());
+}
+
 } // namespace
 
 std::vector<std::string> lattice_layouts() {
@@ -66,27 +95,13 @@ std::string estimated_layout(const Lattice& lattice) {
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options) {
     validate(material);
-    const std::string layout = options.layout.empty() ? estimated_layout(lattice) : options.layout;
-    if (layout == kFlatRows || layout == kActiveRows) {
-        return std::make_unique<LatticeBody<T>>(lattice, material, options, layout);
-    }
-    if (layout == kGatherRows) {
-        return std::make_unique<GatherBody<T>>(lattice, material, options);
-    }
-    if (options.layout == kNetwork) {
-        return network_body<T>(Network::from_lattice(lattice, material), options, "");
-    }
-    // A network's layouts by their own names too, so that what a plan says it chose can be asked for again.
-    if (const auto known = network_layouts(); std::find(known.begin(), known.end(), options.layout) != known.end()) {
-        return network_body<T>(Network::from_lattice(lattice, material), options, options.layout);
-    }
-    refuse_layout(options.layout, lattice_layouts());
+    return stiffened(plain_body<T>(lattice, material, options), material.stiffening);
 }
 
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& options) {
     validate(network);
-    return network_body<T>(network, options, options.layout);
+    return stiffened(network_body<T>(network, options, options.layout), network.stiffening);
 }
 
 template std::unique_ptr<Body<float>> make_body(const Lattice&, const Material&, const PlanOptions&);

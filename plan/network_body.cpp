@@ -35,7 +35,7 @@ NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
       layout_(network), run_{0, 0, layout_.node_count},
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
-      accuracy_(options.accuracy), critical_time_step_(network_critical_time_step(network)) {}
+      accuracy_(options.accuracy), frequencies_(network_frequencies(network)) {}
 
 template <class T>
 State<T> NetworkBody<T>::make_state(bool moving) const {
@@ -163,20 +163,20 @@ kernels::HessianArrays<T> NetworkBody<T>::hessian_arrays(const State<T>& state) 
 }
 
 template <class T>
-void NetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
-    this->allocate_like(state.displacement, product);
+std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
+                                                  const SpringPass<T>& pass, const NodeField<T>* direction,
+                                                  NodeField<T>& product) const {
     auto nodes = hessian_arrays(state);
     for (std::size_t c = 0; c < 3; ++c) {
-        nodes.direction[c] = direction[c].data();
+        nodes.direction[c] = direction ? (*direction)[c].data() : nullptr;
         nodes.product[c] = product[c].data();
-        std::fill_n(product[c].data(), product[c].size(), T(0));
     }
-    const auto& kernels = *table_->soa_hessian;
+    nodes.stiffening = pass.stiffening;
     std::vector<Stage> stages;
-    const auto springs = spring_arrays();
     append_colors(
         layout_.springs.color_begin,
-        [&](auto begin, auto end) { kernels.spring_product[static_cast<int>(accuracy_)](springs, nodes, begin, end); },
+        [spring_product = kernels.spring_product[static_cast<int>(accuracy_)], springs = spring_arrays(),
+         nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
         stages);
     if (const auto cell_product = kernels.cell_product[static_cast<int>(volume_)]) {
         append_colors(
@@ -186,18 +186,36 @@ void NetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direct
             },
             stages);
     }
-    this->workers().run(stages, 1);
+    return stages;
 }
 
 template <class T>
-void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+void NetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+    this->allocate_like(state.displacement, product);
+    for (auto& component : product) {
+        std::fill_n(component.data(), component.size(), T(0));
+    }
+    const SpringPass<T> elastic{kernels::SpringLaw::elastic};
+    this->workers().run(product_stages(state, *table_->soa_hessian, elastic, &direction, product), 1);
+}
+
+template <class T>
+std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
+                                                 const NodeField<T>* direction, NodeField<T>& product) const {
+    return product_stages(state, table_->network_effects->soa[kernels::effect_index(pass.law)], pass, direction,
+                          product);
+}
+
+template <class T>
+void NetworkBody<T>::run_diagonal(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
+                                  const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     this->clear_blocks(layout_.size(), blocks);
     const auto nodes = hessian_arrays(state);
     kernels::DiagonalBlocks<T> sums{};
     for (std::size_t e = 0; e < 6; ++e) {
         sums.entry[e] = blocks[e].data();
     }
-    const auto& kernels = *table_->soa_hessian;
+    sums.stiffening = pass.stiffening;
     std::vector<Stage> stages;
     const auto springs = spring_arrays();
     append_colors(
@@ -215,6 +233,26 @@ void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)
             stages);
     }
     this->workers().run(stages, 1);
+}
+
+template <class T>
+void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, *table_->soa_hessian, {kernels::SpringLaw::elastic}, blocks);
+}
+
+template <class T>
+void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, table_->network_effects->soa[kernels::effect_index(pass.law)], pass, blocks);
+}
+
+template <class T>
+double NetworkBody<T>::stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const {
+    auto nodes = hessian_arrays(state);
+    nodes.stiffening = constants;
+    const auto springs = spring_arrays();
+    return sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        return table_->network_effects->soa_energy(springs, nodes, begin, end);
+    });
 }
 
 template <class T>

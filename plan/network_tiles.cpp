@@ -47,9 +47,10 @@ PotentialEnergy own_energy(const Layout& layout, const Choice& choice, const Net
     return energy;
 }
 
-template <class Layout, class Choice, class Nodes>
-void add_own_products(const Layout& layout, const Choice& choice, const NetworkTile& tile, const Nodes& nodes) {
-    const auto& kernels = NetworkTiles<Layout>::hessian_kernels(*choice.table);
+template <class Layout, class Choice, class Hessian, class Nodes>
+void add_own_products(const Layout& layout, const Choice& choice, const Hessian& hessian, const NetworkTile& tile,
+                      const Nodes& nodes) {
+    const auto& kernels = NetworkTiles<Layout>::own(hessian);
     kernels.spring_product[static_cast<int>(choice.accuracy)](layout.springs.data(), nodes, at(tile.spring_begin),
                                                               at(tile.spring_end));
     if (const auto cells = kernels.cell_product[static_cast<int>(choice.volume)]) {
@@ -57,10 +58,10 @@ void add_own_products(const Layout& layout, const Choice& choice, const NetworkT
     }
 }
 
-template <class Layout, class Choice, class T, class Sums>
-void add_own_diagonals(const Layout& layout, const Choice& choice, const NetworkTile& tile, const T* displacement,
-                       const Sums& sums) {
-    const auto& kernels = NetworkTiles<Layout>::hessian_kernels(*choice.table);
+template <class Layout, class Choice, class Hessian, class T, class Sums>
+void add_own_diagonals(const Layout& layout, const Choice& choice, const Hessian& hessian, const NetworkTile& tile,
+                       const T* displacement, const Sums& sums) {
+    const auto& kernels = NetworkTiles<Layout>::own(hessian);
     kernels.spring_diagonal[static_cast<int>(choice.accuracy)](layout.springs.data(), displacement, sums,
                                                                at(tile.spring_begin), at(tile.spring_end));
     if (const auto cells = kernels.cell_diagonal[static_cast<int>(choice.volume)]) {
@@ -110,8 +111,9 @@ PotentialEnergy NetworkTiles<ArrayOfStructs<T>>::energy(const ArrayOfStructs<T>&
 
 template <class T>
 void NetworkTiles<PackedXyzw<T>>::add_products(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
-                                               const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) {
-    const kernels::RunHessianKernels<T>& runs = *choice.table->runs_hessian;
+                                               const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
+                                               const kernels::PackedHessian<T>& nodes) {
+    const kernels::RunHessianKernels<T>& runs = *kernels.runs;
     const auto springs = spring_runs(layout);
     const auto cells = cell_runs(layout);
     runs.spring_product[static_cast<int>(choice.accuracy)](&springs, nodes, at(tile.spring_run_begin),
@@ -119,14 +121,14 @@ void NetworkTiles<PackedXyzw<T>>::add_products(const PackedXyzw<T>& layout, cons
     if (const auto product = runs.cell_product[static_cast<int>(choice.volume)]) {
         product(&cells, nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
-    add_own_products(layout, choice, tile, nodes);
+    add_own_products(layout, choice, kernels, tile, nodes);
 }
 
 template <class T>
 void NetworkTiles<PackedXyzw<T>>::add_diagonals(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
-                                                const NetworkTile& tile, const T* displacement,
-                                                const kernels::DiagonalBlocks<T>& sums) {
-    const kernels::RunHessianKernels<T>& runs = *choice.table->runs_hessian;
+                                                const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
+                                                const T* displacement, const kernels::DiagonalBlocks<T>& sums) {
+    const kernels::RunHessianKernels<T>& runs = *kernels.runs;
     const auto springs = spring_runs(layout);
     const auto cells = cell_runs(layout);
     runs.spring_diagonal[static_cast<int>(choice.accuracy)](&springs, displacement, sums, at(tile.spring_run_begin),
@@ -134,21 +136,45 @@ void NetworkTiles<PackedXyzw<T>>::add_diagonals(const PackedXyzw<T>& layout, con
     if (const auto diagonal = runs.cell_diagonal[static_cast<int>(choice.volume)]) {
         diagonal(&cells, displacement, sums, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
-    add_own_diagonals(layout, choice, tile, displacement, sums);
+    add_own_diagonals(layout, choice, kernels, tile, displacement, sums);
 }
 
 template <class T>
 void NetworkTiles<ArrayOfStructs<T>>::add_products(const ArrayOfStructs<T>& layout,
-                                                   const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                                                   const NetworkKernelChoice<T>& choice,
+                                                   const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
                                                    const kernels::PackedHessian<T>& nodes) {
-    add_own_products(layout, choice, tile, nodes);
+    add_own_products(layout, choice, kernels, tile, nodes);
 }
 
 template <class T>
 void NetworkTiles<ArrayOfStructs<T>>::add_diagonals(const ArrayOfStructs<T>& layout,
-                                                    const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                                                    const NetworkKernelChoice<T>& choice,
+                                                    const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
                                                     const T* displacement, const kernels::DiagonalBlocks<T>& sums) {
-    add_own_diagonals(layout, choice, tile, displacement, sums);
+    add_own_diagonals(layout, choice, kernels, tile, displacement, sums);
+}
+
+template <class T>
+double NetworkTiles<PackedXyzw<T>>::stiffening_energy(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                                                      const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) {
+    const kernels::NetworkEffectKernels<T>& effects = *choice.table->network_effects;
+    const auto springs = spring_runs(layout);
+    const double runs = sum_over_pieces(tile.spring_run_begin, tile.spring_run_end, [&](auto begin, auto end) {
+        return effects.runs_energy(&springs, nodes, begin, end);
+    });
+    return runs + sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
+               return effects.packed_energy(layout.springs.data(), nodes, begin, end);
+           });
+}
+
+template <class T>
+double NetworkTiles<ArrayOfStructs<T>>::stiffening_energy(const ArrayOfStructs<T>& layout,
+                                                          const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+                                                          const kernels::PackedHessian<T>& nodes) {
+    return sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
+        return choice.table->network_effects->records_energy(layout.springs.data(), nodes, begin, end);
+    });
 }
 
 template struct NetworkTiles<PackedXyzw<float>>;

@@ -11,6 +11,23 @@
 
 namespace hybmss {
 
+/// The kernels of a product or a diagonal: of the second derivatives, or of a law of the springs alone.
+template <class T>
+struct PackedNetworkHessian {
+    const kernels::PackedHessianKernels<T>* packed;
+    const kernels::RunHessianKernels<T>* runs;
+    const kernels::RecordHessianKernels<T>* records;
+
+    static PackedNetworkHessian elastic(const kernels::KernelTable<T>& table) {
+        return {table.packed_hessian, table.runs_hessian, table.records_hessian};
+    }
+    static PackedNetworkHessian of(const kernels::KernelTable<T>& table, kernels::SpringLaw law) {
+        const kernels::NetworkEffectKernels<T>& effects = *table.network_effects;
+        const int l = kernels::effect_index(law);
+        return {&effects.packed[l], &effects.runs[l], &effects.records[l]};
+    }
+};
+
 /// The kernels' choices that a body makes once.
 template <class T>
 struct NetworkKernelChoice {
@@ -27,7 +44,7 @@ struct NetworkTiles<PackedXyzw<T>> {
     static constexpr const char *kLayout = "packed-xyzw", *kKernels = "packed";
     static constexpr int kMostThreads = std::numeric_limits<int>::max();
     static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.packed; }
-    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.packed_hessian; }
+    static const auto& own(const PackedNetworkHessian<T>& kernels) { return *kernels.packed; }
 
     static PackedXyzw<T> layout(const Network& network, const kernels::KernelTable<T>& table) {
         return PackedXyzw<T>(network, table.runs->vector_lanes);
@@ -43,10 +60,14 @@ struct NetworkTiles<PackedXyzw<T>> {
                            const kernels::PackedNodes<T>& nodes);
     static PotentialEnergy energy(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
                                   const NetworkTile& tile, const kernels::PackedNodes<T>& nodes);
-    static void add_products(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
+    static void add_products(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                             const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
                              const kernels::PackedHessian<T>& nodes);
     static void add_diagonals(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
-                              const NetworkTile& tile, const T* displacement, const kernels::DiagonalBlocks<T>& sums);
+                              const PackedNetworkHessian<T>& kernels, const NetworkTile& tile, const T* displacement,
+                              const kernels::DiagonalBlocks<T>& sums);
+    static double stiffening_energy(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
+                                    const NetworkTile& tile, const kernels::PackedHessian<T>& nodes);
 };
 
 template <class T>
@@ -54,7 +75,7 @@ struct NetworkTiles<ArrayOfStructs<T>> {
     static constexpr const char *kLayout = "aos", *kKernels = "record";
     static constexpr int kMostThreads = 1;
     static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
-    static const auto& hessian_kernels(const kernels::KernelTable<T>& table) { return *table.records_hessian; }
+    static const auto& own(const PackedNetworkHessian<T>& kernels) { return *kernels.records; }
 
     static ArrayOfStructs<T> layout(const Network& network, const kernels::KernelTable<T>&) {
         return ArrayOfStructs<T>(network);
@@ -64,9 +85,13 @@ struct NetworkTiles<ArrayOfStructs<T>> {
     static PotentialEnergy energy(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
                                   const NetworkTile& tile, const kernels::PackedNodes<T>& nodes);
     static void add_products(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                             const NetworkTile& tile, const kernels::PackedHessian<T>& nodes);
+                             const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
+                             const kernels::PackedHessian<T>& nodes);
     static void add_diagonals(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                              const NetworkTile& tile, const T* displacement, const kernels::DiagonalBlocks<T>& sums);
+                              const PackedNetworkHessian<T>& kernels, const NetworkTile& tile, const T* displacement,
+                              const kernels::DiagonalBlocks<T>& sums);
+    static double stiffening_energy(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
+                                    const NetworkTile& tile, const kernels::PackedHessian<T>& nodes);
 };
 
 extern template struct NetworkTiles<PackedXyzw<float>>;

@@ -34,7 +34,7 @@ PackedNetworkBody<T, Layout>::PackedNetworkBody(const Network& network, const Pl
       choice_{&kernels::kernel_table<T>(resolve(options.instruction_set)), options.accuracy,
               network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)},
       layout_(NetworkTiles<Layout>::layout(network, *choice_.table)), run_{0, 0, layout_.node_count},
-      critical_time_step_(network_critical_time_step(network)) {}
+      frequencies_(network_frequencies(network)) {}
 
 template <class T, class Layout>
 State<T> PackedNetworkBody<T, Layout>::make_state(bool moving) const {
@@ -89,28 +89,74 @@ PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
 }
 
 template <class T, class Layout>
+std::vector<Stage> PackedNetworkBody<T, Layout>::product_stages(State<T>& state, const PackedNetworkHessian<T>& kernels,
+                                                                const SpringPass<T>& pass,
+                                                                const NodeField<T>* direction,
+                                                                NodeField<T>& product) const {
+    const kernels::PackedHessian<T> nodes{state.displacement[0].data(), direction ? (*direction)[0].data() : nullptr,
+                                          product[0].data(), pass.stiffening};
+    return tile_stages(layout_, [=, this](const NetworkTile& tile) {
+        NetworkTiles<Layout>::add_products(layout_, choice_, kernels, tile, nodes);
+    });
+}
+
+template <class T, class Layout>
 void PackedNetworkBody<T, Layout>::hessian_product(State<T>& state, const NodeField<T>& direction,
                                                    NodeField<T>& product) const {
     this->allocate_like(state.displacement, product);
     std::fill_n(product[0].data(), product[0].size(), T(0));
-    const kernels::PackedHessian<T> nodes{state.displacement[0].data(), direction[0].data(), product[0].data()};
-    const auto stages = tile_stages(
-        layout_, [&](const NetworkTile& tile) { NetworkTiles<Layout>::add_products(layout_, choice_, tile, nodes); });
-    this->workers().run(stages, 1);
+    this->workers().run(product_stages(state, PackedNetworkHessian<T>::elastic(*choice_.table),
+                                       {kernels::SpringLaw::elastic}, &direction, product),
+                        1);
 }
 
 template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+std::vector<Stage> PackedNetworkBody<T, Layout>::spring_stages(State<T>& state, const SpringPass<T>& pass,
+                                                               const NodeField<T>* direction,
+                                                               NodeField<T>& product) const {
+    return product_stages(state, PackedNetworkHessian<T>::of(*choice_.table, pass.law), pass, direction, product);
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::run_diagonal(State<T>& state, const PackedNetworkHessian<T>& kernels,
+                                                const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     this->clear_blocks(layout_.size(), blocks);
     kernels::DiagonalBlocks<T> sums{};
     for (std::size_t e = 0; e < 6; ++e) {
         sums.entry[e] = blocks[e].data();
     }
+    sums.stiffening = pass.stiffening;
     const T* const displacement = state.displacement[0].data();
     const auto stages = tile_stages(layout_, [&](const NetworkTile& tile) {
-        NetworkTiles<Layout>::add_diagonals(layout_, choice_, tile, displacement, sums);
+        NetworkTiles<Layout>::add_diagonals(layout_, choice_, kernels, tile, displacement, sums);
     });
     this->workers().run(stages, 1);
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, PackedNetworkHessian<T>::elastic(*choice_.table), {kernels::SpringLaw::elastic}, blocks);
+}
+
+template <class T, class Layout>
+void PackedNetworkBody<T, Layout>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
+                                                   AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, PackedNetworkHessian<T>::of(*choice_.table, pass.law), pass, blocks);
+}
+
+template <class T, class Layout>
+double PackedNetworkBody<T, Layout>::stiffening_energy(State<T>& state,
+                                                       const kernels::StiffeningConstants<T>& constants) const {
+    const kernels::PackedHessian<T> nodes{state.displacement[0].data(), nullptr, nullptr, constants};
+    std::vector<double> energies(layout_.tiles.size());
+    this->workers().run(layout_.tiles.size(), [&](std::size_t t, std::size_t) {
+        energies[t] = NetworkTiles<Layout>::stiffening_energy(layout_, choice_, layout_.tiles[t], nodes);
+    });
+    double sum = 0;
+    for (double energy : energies) {
+        sum += energy;
+    }
+    return sum;
 }
 
 template <class T, class Layout>

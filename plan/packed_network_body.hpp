@@ -18,7 +18,7 @@ public:
     std::span<const std::uint32_t> order() const override { return layout_.order; }
     std::size_t index_of(std::size_t node) const override { return layout_.place.empty() ? node : layout_.place[node]; }
     double length_unit() const override { return 1; }
-    double critical_time_step() const override { return critical_time_step_; }
+    const FrequencyBounds& frequencies() const override { return frequencies_; }
     PlanDescription describe() const override;
 
     State<T> make_state(bool moving) const override;
@@ -26,9 +26,20 @@ public:
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
+    std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
+                                     NodeField<T>& product) const override;
+    void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
+    double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
+    const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
+    const kernels::KernelTable<T>& kernel_table() const override { return *choice_.table; }
     std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
+    std::vector<Stage> product_stages(State<T>& state, const PackedNetworkHessian<T>& kernels,
+                                      const SpringPass<T>& pass, const NodeField<T>* direction,
+                                      NodeField<T>& product) const;
+    void run_diagonal(State<T>& state, const PackedNetworkHessian<T>& kernels, const SpringPass<T>& pass,
+                      AlignedArray<T> (&blocks)[6]) const;
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
     void clear_forces(State<T>& state) const;
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
@@ -37,7 +48,7 @@ private:
     NetworkKernelChoice<T> choice_;
     Layout layout_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order
-    double critical_time_step_;
+    FrequencyBounds frequencies_;
 };
 
 extern template class PackedNetworkBody<float, PackedXyzw<float>>;

@@ -27,6 +27,9 @@ public:
     virtual double dissipated(const Body<T>& body, State<T>& state) const = 0;
     /// Adds its force at a state, N: that of the next step's kick.
     virtual void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const = 0;
+    /// Replaces the components that are set after each step, whatever the effect does to them. The span outlives the
+    /// stages.
+    virtual void set_prescribed(std::span<const PrescribedComponent<T>>) {}
     /// Appends what one step needs; the stages are run again for every step of a call. The body, the state and the
     /// effect outlive them.
     virtual void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,

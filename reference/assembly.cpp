@@ -91,6 +91,7 @@ Body assemble(const Lattice& lattice, const Material& material) {
 
     Body body;
     body.volume_energy = resolve_volume_energy(material);
+    body.stiffening = material.stiffening;
     const std::vector<int> number = number_nodes(lattice);
     const auto row = static_cast<std::size_t>(lattice.cells()[0] + 1);
     const auto rows = static_cast<std::size_t>(lattice.cells()[1] + 1);
@@ -143,6 +144,7 @@ Body assemble(const Network& network) {
         const Vector3d rest_vector(s.rest_vector[0], s.rest_vector[1], s.rest_vector[2]);
         body.springs.push_back({s.a, s.b, rest_vector, s.stiffness});
     }
+    body.stiffening = network.stiffening;
     if (network.volume_energy == VolumeEnergy::none || network.cells.empty()) {
         return body;
     }

@@ -34,6 +34,7 @@ struct Body {
     std::vector<Spring> springs;
     std::vector<Cell> cells; ///< those with a volume energy; empty where volume_energy is `none`
     VolumeEnergy volume_energy = VolumeEnergy::none; ///< never `automatic`
+    SpringStiffening stiffening = {};                ///< of all springs
 };
 
 } // namespace hybmss::reference

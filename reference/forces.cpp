@@ -1,6 +1,9 @@
 #include "reference/forces.hpp"
 #include "reference/spring_energy.hpp"
+#include "reference/stiffening.hpp"
 #include "reference/volume_energy.hpp"
+
+#include <cmath>
 
 namespace hybmss::reference {
 namespace {
@@ -13,6 +16,24 @@ Vector3d relative(const Spring& spring, std::span<const Vector3d> u) {
     return u[index(spring.b)] - u[index(spring.a)];
 }
 
+Vector3d force_on_a(const Body& body, const Spring& s, std::span<const Vector3d> u) {
+    const Vector3d du = relative(s, u);
+    return spring_force(s.stiffness, s.rest_vector, du) +
+           stiffening_force(body.stiffening, s.stiffness, s.rest_vector, du);
+}
+
+Matrix3d hessian_of(const Body& body, const Spring& s, std::span<const Vector3d> u) {
+    const Vector3d du = relative(s, u);
+    return spring_hessian(s.stiffness, s.rest_vector, du) +
+           stiffening_hessian(body.stiffening, s.stiffness, s.rest_vector, du);
+}
+
+/// By how much the rounding of a strain, which the linear law passes on as it is, grows by stiffening.
+double stiffening_scale(const Body& body, const Spring& s, std::span<const Vector3d> u) {
+    const double e = std::abs(elongation(s.rest_vector, relative(s, u))) / s.rest_vector.norm();
+    return 1 + 2 * std::abs(body.stiffening.quadratic) * (e + 1) + 3 * body.stiffening.cubic * e * (e + 2);
+}
+
 Corners gather(const Cell& cell, std::span<const Vector3d> u) {
     Corners corners;
     for (std::size_t c = 0; c < 8; ++c) {
@@ -23,11 +44,12 @@ Corners gather(const Cell& cell, std::span<const Vector3d> u) {
 
 } // namespace
 
-// W = sum over springs of 1/2 k (|d| - l)^2 + sum over cells of kappa V0 phi(J)
+// W = sum over springs of 1/2 k (|d| - l)^2 and what stiffening adds + sum over cells of kappa V0 phi(J)
 Energy energy(const Body& body, std::span<const Vector3d> u) {
     Energy sum;
     for (const Spring& s : body.springs) {
-        sum.springs += spring_energy(s.stiffness, s.rest_vector, relative(s, u));
+        sum.springs += spring_energy(s.stiffness, s.rest_vector, relative(s, u)) +
+                       stiffening_energy(body.stiffening, s.stiffness, s.rest_vector, relative(s, u));
     }
     for (const Cell& cell : body.cells) {
         sum.volume += cell_energy(body.volume_energy, cell, gather(cell, u));
@@ -39,7 +61,7 @@ Energy energy(const Body& body, std::span<const Vector3d> u) {
 std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u) {
     std::vector<Vector3d> f(body.rest.size(), Vector3d::Zero());
     for (const Spring& s : body.springs) {
-        const Vector3d on_a = spring_force(s.stiffness, s.rest_vector, relative(s, u));
+        const Vector3d on_a = force_on_a(body, s, u);
         f[index(s.a)] += on_a;
         f[index(s.b)] -= on_a;
     }
@@ -52,10 +74,23 @@ std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u) {
     return f;
 }
 
+std::vector<Vector3d> damping_forces(const Body& body, double stiffness_damping, std::span<const Vector3d> u,
+                                     std::span<const Vector3d> v) {
+    std::vector<Vector3d> f(body.rest.size(), Vector3d::Zero());
+    for (const Spring& s : body.springs) {
+        const Vector3d on_a =
+            dashpot_force(stiffness_damping * s.stiffness, s.rest_vector, relative(s, u), relative(s, v));
+        f[index(s.a)] += on_a;
+        f[index(s.b)] -= on_a;
+    }
+    return f;
+}
+
 std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {
     std::vector<double> scale(body.rest.size(), 0.0);
     for (const Spring& s : body.springs) {
-        const double magnitude = spring_force_scale(s.stiffness, s.rest_vector, relative(s, u));
+        const double magnitude =
+            stiffening_scale(body, s, u) * spring_force_scale(s.stiffness, s.rest_vector, relative(s, u));
         scale[index(s.a)] += magnitude;
         scale[index(s.b)] += magnitude;
     }
@@ -72,7 +107,7 @@ std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {
 std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p) {
     std::vector<Vector3d> product(body.rest.size(), Vector3d::Zero());
     for (const Spring& s : body.springs) {
-        const Vector3d on_b = spring_hessian(s.stiffness, s.rest_vector, relative(s, u)) * relative(s, p);
+        const Vector3d on_b = hessian_of(body, s, u) * relative(s, p);
         product[index(s.a)] -= on_b;
         product[index(s.b)] += on_b;
     }
@@ -92,7 +127,8 @@ std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d
 std::vector<double> hessian_product_scale(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p) {
     std::vector<double> scale(body.rest.size(), 0.0);
     for (const Spring& s : body.springs) {
-        const double magnitude = spring_product_scale(s.stiffness, s.rest_vector, relative(s, u), relative(s, p));
+        const double magnitude = stiffening_scale(body, s, u) *
+                                 spring_product_scale(s.stiffness, s.rest_vector, relative(s, u), relative(s, p));
         scale[index(s.a)] += magnitude;
         scale[index(s.b)] += magnitude;
     }
@@ -108,7 +144,7 @@ std::vector<double> hessian_product_scale(const Body& body, std::span<const Vect
 std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3d> u) {
     std::vector<Matrix3d> blocks(body.rest.size(), Matrix3d::Zero());
     for (const Spring& s : body.springs) {
-        const Matrix3d block = spring_hessian(s.stiffness, s.rest_vector, relative(s, u));
+        const Matrix3d block = hessian_of(body, s, u);
         blocks[index(s.a)] += block;
         blocks[index(s.b)] += block;
     }
@@ -132,7 +168,7 @@ Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> 
         }
     };
     for (const Spring& s : body.springs) {
-        const Matrix3d block = spring_hessian(s.stiffness, s.rest_vector, relative(s, u));
+        const Matrix3d block = hessian_of(body, s, u);
         add(s.a, s.a, block);
         add(s.b, s.b, block);
         add(s.a, s.b, -block);

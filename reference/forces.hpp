@@ -24,6 +24,11 @@ Energy energy(const Body& body, std::span<const Vector3d> u);
 /// Internal forces -dW/du, N, one a node.
 std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u);
 
+/// Forces, N, of dashpots of `stiffness_damping` (s) times the springs' stiffness beside them, at the velocities v
+/// (m/s).
+std::vector<Vector3d> damping_forces(const Body& body, double stiffness_damping, std::span<const Vector3d> u,
+                                     std::span<const Vector3d> v);
+
 /// For each node the sum, N, of the magnitudes of all spring and volume forces on it, with what cancels inside each of
 /// them taken by absolute values too: the scale that rounding errors of computed forces are measured by.
 std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u);

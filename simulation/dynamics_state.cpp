@@ -62,30 +62,15 @@ std::vector<Vector3> velocities_of(const AnyDynamics& dynamics) {
         dynamics);
 }
 
-namespace {
-
-/// What explicit(dynamics) gives; of implicit dynamics, which have no effects, nothing.
-template <class Result, class Explicit>
-Result of_explicit(const AnyDynamics& dynamics, const Explicit& get) {
-    if (const auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
-        return get(*single);
-    }
-    if (const auto* twice = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
-        return get(*twice);
-    }
-    return {};
-}
-
-} // namespace
-
 std::vector<Vector3> forces_of(const AnyDynamics& dynamics) {
     std::vector<Vector3> forces = std::visit(
         [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_forces(out); }); }, dynamics);
-    const auto others = of_explicit<std::vector<Vector3>>(dynamics, [](const auto& any) {
-        return any.effect_energies().empty()
-                   ? std::vector<Vector3>()
-                   : read(any, [](const auto& d, const auto& out) { d.get_effect_forces(out); });
-    });
+    if (effect_energies_of(dynamics).empty()) {
+        return forces;
+    }
+    const std::vector<Vector3> others = std::visit(
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_effect_forces(out); }); },
+        dynamics);
     for (std::size_t n = 0; n < others.size(); ++n) {
         for (std::size_t a = 0; a < 3; ++a) {
             forces[n][a] += others[n][a];
@@ -95,11 +80,15 @@ std::vector<Vector3> forces_of(const AnyDynamics& dynamics) {
 }
 
 std::vector<EffectEnergy> effect_energies_of(const AnyDynamics& dynamics) {
-    return of_explicit<std::vector<EffectEnergy>>(dynamics, [](const auto& d) { return d.effect_energies(); });
+    return std::visit([](const auto& d) { return d.effect_energies(); }, dynamics);
 }
 
 std::vector<double> effect_memory_of(const AnyDynamics& dynamics) {
-    return of_explicit<std::vector<double>>(dynamics, [](const auto& d) { return d.effect_memory(); });
+    return std::visit([](const auto& d) { return d.effect_memory(); }, dynamics);
+}
+
+void set_effect_memory(AnyDynamics& dynamics, std::span<const double> memory) {
+    std::visit([&](auto& d) { d.set_effect_memory(memory); }, dynamics);
 }
 
 void set_state(AnyDynamics& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {

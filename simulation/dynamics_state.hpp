@@ -28,6 +28,7 @@ std::vector<Vector3> forces_of(const AnyDynamics& dynamics);
 
 std::vector<EffectEnergy> effect_energies_of(const AnyDynamics& dynamics);
 std::vector<double> effect_memory_of(const AnyDynamics& dynamics);
+void set_effect_memory(AnyDynamics& dynamics, std::span<const double> memory);
 
 void set_state(AnyDynamics& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities);
 

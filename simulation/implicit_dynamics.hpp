@@ -34,6 +34,13 @@ public:
     void set_exact_state(std::span<const T> values);
     /// Sets (not adds) the internal forces, N, at the present displacements.
     void get_forces(VectorField<T> out) const;
+    void damp_springs(double stiffness_damping) { solver_.damp_springs(stiffness_damping); }
+    void get_effect_forces(VectorField<T> out) const {
+        solver_.get_effect_forces(view(displacement_), view(velocity_), out);
+    }
+    std::vector<EffectEnergy> effect_energies() const { return solver_.effect_energies(); }
+    std::vector<double> effect_memory() const { return solver_.effect_memory(); }
+    void set_effect_memory(std::span<const double> memory) { solver_.set_effect_memory(memory); }
     std::span<const double> masses() const { return solver_.masses(); }
 
     PotentialEnergy potential_energy() const;

@@ -37,6 +37,12 @@ bool density(double v) {
 bool face_diagonal_ratio(double v) {
     return v >= 0 && v <= 1e6;
 }
+bool stiffening(double v) {
+    return v >= 0 && v <= 1e6;
+}
+bool stiffness_damping(double v) {
+    return v >= 0 && v <= 1e9;
+}
 bool force(double v) {
     return std::abs(v) <= 1e18;
 }
@@ -136,6 +142,14 @@ constexpr KeyRule kKeys[] = {
      choice,
      nullptr,
      "automatic quadratic mean_stretch none"},
+    {{"material", "stiffening_quadratic", "number", "",
+      "from -r to r, r = sqrt(3 stiffening_cubic), or to (1 + 3 stiffening_cubic)/2 where stiffening_cubic <= 1/3", "0",
+      "a: springs stiffen (or soften) with their strain e, force k l (e + a e^2 + b e^3); see \"Stiffening springs\""},
+     number},
+    {{"material", "stiffening_cubic", "number", "", "at least 0 and at most 1e6", "0",
+      "b: likewise; stretched and pressed alike"},
+     number,
+     stiffening},
 
     {{"label", "value", "integer", "", "an integer from 1 to 255, different for each label", "required",
       "the label in the voxel file"},
@@ -171,6 +185,10 @@ constexpr KeyRule kKeys[] = {
     {{"damping", "mass", "number", "1/s", "at least 0", "0", "c: the force -c m v on every node"},
      number,
      not_negative},
+    {{"damping", "stiffness", "number", "s", "at least 0 and at most 1e9", "0",
+      "beta: a dashpot beta k along every spring of stiffness k (Kelvin-Voigt); makes the stable time step smaller"},
+     number,
+     stiffness_damping},
 
     {{"load", "where", "region", "", kRegionAllowed, "required", "the nodes loaded"}, region},
     {{"load", "force", "3 numbers", "N", "three numbers, each at most 1e18 in size", "required",

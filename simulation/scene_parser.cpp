@@ -54,6 +54,19 @@ void read_material(Scene& scene, const SceneTable& table) {
     if (table.has("face_diagonal_ratio")) {
         material.face_diagonal_ratio = table.number("face_diagonal_ratio");
     }
+    if (table.has("stiffening_cubic")) {
+        material.stiffening.cubic = table.number("stiffening_cubic");
+    }
+    if (table.has("stiffening_quadratic")) {
+        material.stiffening.quadratic = table.number("stiffening_quadratic");
+        const StiffeningRange range = quadratic_stiffening(material.stiffening.cubic);
+        if (material.stiffening.quadratic < range.least || material.stiffening.quadratic > range.most) {
+            std::ostringstream allowed;
+            allowed << "with stiffening_cubic = " << material.stiffening.cubic << " it must be in [" << range.least
+                    << ", " << range.most << "], so that no spring gives way as it is pulled";
+            throw scene_error(scene, table.path("stiffening_quadratic"), allowed.str());
+        }
+    }
     if (table.has("volume_energy")) {
         const std::string word = table.choice("volume_energy");
         material.volume_energy = word == "quadratic"      ? VolumeEnergy::quadratic
@@ -95,6 +108,9 @@ void read_gravity(Scene& scene, const SceneTable& table) {
 void read_damping(Scene& scene, const SceneTable& table) {
     if (table.has("mass")) {
         scene.damping.mass = table.number("mass");
+    }
+    if (table.has("stiffness")) {
+        scene.damping.stiffness = table.number("stiffness");
     }
 }
 

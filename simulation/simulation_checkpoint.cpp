@@ -57,11 +57,7 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     sections.put("removed_energy", std::span(&body.removed_energy, 1));
     sections.put("bites", body.schedule.done());
     std::visit([&](const auto& d) { sections.put("state", d.exact_state()); }, body.dynamics);
-    if (const auto* single = std::get_if<ExplicitDynamics<float>>(&body.dynamics)) {
-        sections.put("effects", single->effect_memory());
-    } else if (const auto* twice = std::get_if<ExplicitDynamics<double>>(&body.dynamics)) {
-        sections.put("effects", twice->effect_memory());
-    }
+    sections.put("effects", effect_memory_of(body.dynamics));
     sections.put("meter", body.meter ? body.meter->memory() : std::vector<double>());
     sections.put("attached", attached);
     write_checkpoint_file(path, sections);
@@ -102,7 +98,7 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         std::visit([&]<class Dynamics>(
                        Dynamics& d) { d.set_exact_state(sections.values<typename Dynamics::Scalar>("state")); },
                    body.dynamics);
-        body.on_explicit([&](auto& d) { d.set_effect_memory(sections.values<double>("effects")); });
+        set_effect_memory(body.dynamics, sections.values<double>("effects"));
         if (body.meter) {
             body.meter->set_memory(sections.values<double>("meter"), body.metered_state());
         }

@@ -1,6 +1,5 @@
 #include "simulation/simulation_implementation.hpp"
 
-#include "plan/critical_time_step.hpp"
 #include "simulation/loads.hpp"
 #include "simulation/memory.hpp"
 #include "simulation/scene_lattice.hpp"
@@ -23,13 +22,20 @@ Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
     return scene_lattice(scene);
 }
 
-double choose_time_step(const Scene& scene, double critical) {
+// Springs that stiffen are stiffer where they are strained: the step is chosen for strains up to this.
+constexpr double kStrainInReach = 0.5;
+
+/// A given step is held against the critical one at rest, for a motion may well be small.
+double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) {
     if (scene.solver.method == SolverMethod::static_equilibrium) {
         return 0;
     }
     const bool explicit_in_time = scene.solver.method == SolverMethod::symplectic_euler;
-    const double step =
-        scene.solver.time_step.value_or((explicit_in_time ? 1 : kImplicitTimeSteps) * kTimeStepFraction * critical);
+    const double critical = frequencies.critical_time_step(scene.damping.stiffness);
+    const double stiffening = largest_stiffening(scene.material.stiffening, kStrainInReach);
+    const double followed = explicit_in_time ? frequencies.critical_time_step(scene.damping.stiffness, stiffening)
+                                             : kImplicitTimeSteps * frequencies.critical_time_step();
+    const double step = scene.solver.time_step.value_or(kTimeStepFraction * followed);
     if (explicit_in_time && step > critical) {
         throw scene_error(scene, "solver.time_step",
                           text("above the stable time step; it must be above 0 and at most %.6g s (method = "
@@ -92,11 +98,14 @@ std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> r
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
     : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)),
       rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(probes_of(scene, rest)),
-      loads(nodal_loads(scene, lattice, rest)), body_time_step(lattice_critical_time_step(lattice, scene.material)),
-      obstacles(scene, body_time_step), dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
-      critical_time_step(contact_time_step(body_time_step, obstacles.at_start())),
-      time_step(choose_time_step(scene, critical_time_step)), schedule(scene.cuts, time_step) {
+      loads(nodal_loads(scene, lattice, rest)), body_frequencies(lattice_frequencies(lattice, scene.material)),
+      obstacles(scene, body_frequencies.critical_time_step()),
+      dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
+      frequencies(body_frequencies.with(obstacles.at_start())),
+      critical_time_step(frequencies.critical_time_step(scene.damping.stiffness)),
+      time_step(choose_time_step(scene, frequencies)), schedule(scene.cuts, time_step) {
     check_cuts(scene, dynamics);
+    apply_damping();
     apply_loads();
     set_obstacles();
     prescribe();
@@ -171,6 +180,12 @@ void Simulation::Implementation::apply_loads() {
     on_explicit([&](auto& d) { d.load(nodal); });
 }
 
+void Simulation::Implementation::apply_damping() {
+    if (!is_static()) {
+        std::visit([&](auto& d) { d.damp_springs(scene.damping.stiffness); }, dynamics);
+    }
+}
+
 std::string Simulation::Implementation::step(long count) {
     if (scene.solver.method == SolverMethod::backward_euler) {
         std::string failure;
@@ -219,7 +234,7 @@ void Simulation::Implementation::restore(std::span<const Vector3> displacements,
     apply_loads();
     set_obstacles();
     prescribe();
-    on_explicit([&](auto& d) { d.set_effect_memory(effect_memory); });
+    set_effect_memory(dynamics, effect_memory);
 }
 
 std::span<const double> Simulation::Implementation::masses() const {
@@ -284,8 +299,9 @@ Settlement Simulation::Implementation::settlement(const Energies& energies) cons
 }
 
 std::string Simulation::Implementation::blow_up(const Energies& e) const {
-    const double bound =
-        1e4 * (scene.material.young_modulus + std::abs(volume_modulus(scene.material))) * body_volume();
+    const SpringStiffening& stiffening = scene.material.stiffening;
+    const double bound = 1e4 * (1 + std::abs(stiffening.quadratic) + stiffening.cubic) *
+                         (scene.material.young_modulus + std::abs(volume_modulus(scene.material))) * body_volume();
     const double potential = e.springs + e.volume;
     const char* cause = !std::isfinite(potential) || !std::isfinite(e.kinetic) || !std::isfinite(e.external)
                             ? "the state is not finite any more"

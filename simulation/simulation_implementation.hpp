@@ -4,6 +4,7 @@
 /// What a Simulation holds: the scene made concrete for one body.
 
 #include "hybmss/simulation.hpp"
+#include "plan/critical_time_step.hpp"
 #include "simulation/cutting.hpp"
 #include "simulation/dynamics_state.hpp"
 #include "simulation/energy_meter.hpp"
@@ -39,10 +40,11 @@ struct Simulation::Implementation {
     Supports supports;
     std::vector<ProbeNodes> probes;
     std::vector<Vector3> loads; ///< N, one a node; empty where the scene has none
-    double body_time_step;      ///< s: the body's own critical one
+    FrequencyBounds body_frequencies; ///< of the body alone
     Obstacles obstacles;
     AnyDynamics dynamics;
-    double critical_time_step; ///< s: with the obstacles
+    FrequencyBounds frequencies; ///< with the obstacles
+    double critical_time_step;   ///< s: with the damping of the springs too
     double time_step;          ///< 0 where there is no time
     long steps = 0;
     double load_fraction = 0;   ///< static: how far the loading has been followed
@@ -65,9 +67,9 @@ struct Simulation::Implementation {
     double removed_energy = 0;        ///< J
     std::optional<EnergyMeter> meter; ///< where the scene asks for it
     // Of the run at hand, so that a checkpoint can continue it.
-    long outputs = 0;       ///< made so far
-    long written = -1;      ///< the step of the last one
-    bool continued = false; ///< the next run goes on with these
+    long outputs = 0;             ///< made so far
+    long written = -1;            ///< the step of the last one
+    bool continued = false;       ///< the next run goes on with these
 
     Implementation(Scene given, const SimulationOptions& wanted);
 
@@ -114,6 +116,7 @@ struct Simulation::Implementation {
     void cut_again(std::span<const std::uint32_t> cells);
     /// What all cells were before any cut, as a checkpoint compares it.
     std::uint64_t scene_digest() const;
+    void apply_damping();
     /// Takes steps in time. Returns why an implicit one did not converge, with the state before it kept; or "".
     std::string step(long count);
     /// Goes to equilibrium under the whole loading.

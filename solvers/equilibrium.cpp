@@ -1,6 +1,7 @@
 #include "hybmss/equilibrium.hpp"
 
 #include "plan/planned_body.hpp"
+#include "plan/spring_damping.hpp"
 #include "solvers/block_jacobi.hpp"
 #include "solvers/load_stepping.hpp"
 #include "solvers/multigrid.hpp"
@@ -139,6 +140,7 @@ struct EquilibriumSolver<T>::Implementation {
     std::optional<std::pair<Lattice, Material>> lattice; ///< where the body is one
     std::unique_ptr<Multigrid<T>> multigrid;             ///< made when it is first asked for
     std::vector<T> target;
+    double stiffness_damping = 0, dissipated = 0;
 };
 
 template <class T>
@@ -241,9 +243,13 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
         }
     }
     i.potential.pull(strength, VectorField<T>::aos(i.target.data(), count));
+    i.potential.damp(i.stiffness_damping / time_step, displacement);
 
     EquilibriumResult result;
-    Preconditioner<T>& preconditioner = i.choose(options.preconditioner, time_step / i.body->critical_time_step());
+    // Multigrid's coarse levels know nothing of damped springs.
+    const bool damped = i.stiffness_damping > time_step && options.preconditioner == PreconditionerKind::automatic;
+    Preconditioner<T>& preconditioner = i.choose(damped ? PreconditionerKind::block_jacobi : options.preconditioner,
+                                                 time_step / i.body->critical_time_step());
     result.cg_iterations = i.minimiser.predict(i.potential, preconditioner, i.state);
     MinimiserOptions limits;
     limits.tolerance = options.tolerance;
@@ -268,6 +274,9 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
         std::ostringstream text;
         text << name(found.status) << " (residual " << found.residual << ", tolerance " << options.tolerance << ")";
         result.message = text.str();
+    }
+    if (found.status == EquilibriumStatus::converged) {
+        i.dissipated += i.potential.dissipation(i.state);
     }
     // v_new = (u_new - u) / dt, before u is overwritten.
     for (std::size_t n = 0; n < count; ++n) {
@@ -305,6 +314,52 @@ void EquilibriumSolver<T>::set_memory(std::span<const T> values) {
                                     std::to_string(node_count()) + " nodes have three each");
     }
     static_cast<Multigrid<T>&>(i.choose(PreconditionerKind::multigrid)).set_memory(i.potential.space(), values);
+}
+
+template <class T>
+void EquilibriumSolver<T>::damp_springs(double stiffness_damping) {
+    require(stiffness_damping >= 0 && std::isfinite(stiffness_damping), "stiffness_damping", stiffness_damping,
+            "finite and at least 0");
+    implementation_->stiffness_damping = stiffness_damping;
+}
+
+template <class T>
+std::vector<EffectEnergy> EquilibriumSolver<T>::effect_energies() const {
+    if (implementation_->stiffness_damping == 0) {
+        return {};
+    }
+    return {{"stiffness damping", 0, implementation_->dissipated}};
+}
+
+template <class T>
+std::vector<double> EquilibriumSolver<T>::effect_memory() const {
+    return implementation_->stiffness_damping == 0 ? std::vector<double>()
+                                                   : std::vector<double>{implementation_->dissipated};
+}
+
+template <class T>
+void EquilibriumSolver<T>::set_effect_memory(std::span<const double> memory) {
+    const std::size_t expected = effect_memory().size();
+    if (memory.size() != expected) {
+        throw std::invalid_argument("memory of effects: " + std::to_string(memory.size()) + " numbers given, " +
+                                    std::to_string(expected) + " expected");
+    }
+    if (expected > 0) {
+        implementation_->dissipated = memory[0];
+    }
+}
+
+template <class T>
+void EquilibriumSolver<T>::get_effect_forces(VectorField<const T> displacement, VectorField<const T> velocity,
+                                             VectorField<T> force) {
+    Implementation& i = *implementation_;
+    NodeVector<T> v = i.potential.space().make(), scratch = i.potential.space().make(), f = i.potential.space().make();
+    i.body->write(displacement, 1 / i.body->length_unit(), i.state.displacement);
+    i.body->write(velocity, 1 / i.body->length_unit(), v.field);
+    if (i.stiffness_damping > 0) {
+        add_damping_forces(*i.body, i.state, v.field, i.stiffness_damping, scratch.field, f.field);
+    }
+    i.body->read(f.field, 1, force);
 }
 
 template <class T>

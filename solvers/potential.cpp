@@ -108,6 +108,42 @@ void Potential<T>::pull(double strength, VectorField<const T> towards) {
 }
 
 template <class T>
+void Potential<T>::damp(double strength, VectorField<const T> from) {
+    if (strength == 0) {
+        damping_.reset();
+        return;
+    }
+    if (!damping_) {
+        damping_ = std::make_unique<Damping>(Damping{0, body_->make_state(false), space_.make(), space_.make()});
+    }
+    damping_->strength = strength;
+    body_->write(from, 1 / body_->length_unit(), damping_->from.displacement);
+}
+
+template <class T>
+void Potential<T>::apply_damping(const NodeField<T>& p) const {
+    space_.clear(damping_->product);
+    body_->workers().run(
+        body_->spring_stages(damping_->from, {kernels::SpringLaw::damping}, &p, damping_->product.field), 1);
+}
+
+template <class T>
+void Potential<T>::apply_damping(const State<T>& state) const {
+    const FieldView<T> u{state.displacement}, from{damping_->from.displacement};
+    space_.for_each([](const T& q, const T& q_n, T& away) { away = q - q_n; }, u, from, damping_->away);
+    apply_damping(damping_->away.field);
+}
+
+template <class T>
+double Potential<T>::dissipation(State<T>& state) const {
+    if (!damping_) {
+        return 0;
+    }
+    apply_damping(state);
+    return damping_->strength * body_->length_unit() * space_.dot(damping_->away, damping_->product);
+}
+
+template <class T>
 void Potential<T>::impose(State<T>& state) const {
     for (const Held& held : prescribed_) {
         state.displacement[held.array][held.index] = held.displacement;
@@ -156,6 +192,12 @@ auto Potential<T>::value(State<T>& state) const -> Value {
         value.total += pull;
         value.size += pull;
     }
+    if (damping_) {
+        apply_damping(state);
+        const double damping = 0.5 * damping_->strength * space_.dot(damping_->away, damping_->product);
+        value.total += damping;
+        value.size += damping;
+    }
     return value;
 }
 
@@ -169,6 +211,10 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
                         force, load_, u, pull_target_, pull_weight_, gradient);
     } else {
         space_.for_each([](const T& f, const T& load, T& g) { g = -(f + load); }, force, load_, gradient);
+    }
+    if (damping_) {
+        apply_damping(state);
+        space_.add_multiple(damping_->strength, damping_->product, gradient);
     }
     Balance balance;
     balance.load = largest_load_;
@@ -186,11 +232,30 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
 template <class T>
 void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out) const {
     body_->hessian_product(*linearised_, p.field, out.field);
+    if (damping_) {
+        apply_damping(p.field);
+        space_.add_multiple(damping_->strength, damping_->product, out);
+    }
     if (pull_strength_ > 0) {
         space_.for_each([](const T& weight, const T& x, const T& free, T& y) { y = free * (y + weight * x); },
                         pull_weight_, p, free_, out);
     } else {
         space_.for_each([](const T& free, T& y) { y *= free; }, free_, out);
+    }
+}
+
+template <class T>
+void Potential<T>::diagonal(AlignedArray<T> (&blocks)[6]) const {
+    body_->hessian_diagonal(*linearised_, blocks);
+    if (damping_) {
+        AlignedArray<T> more[6];
+        body_->spring_diagonal(damping_->from, {kernels::SpringLaw::damping}, more);
+        const T strength = static_cast<T>(damping_->strength);
+        for (std::size_t e = 0; e < 6; ++e) {
+            for (std::size_t n = 0; n < more[e].size(); ++n) {
+                blocks[e][n] += strength * more[e][n];
+            }
+        }
     }
 }
 

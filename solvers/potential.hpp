@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -21,13 +22,15 @@ struct Balance {
 
 /// The potential that a body's equilibrium minimises over its free components:
 ///
-///     P(u) = W(u) - f . u + a/2 sum m |u - v|^2
+///     P(u) = W(u) - f . u + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
 ///
 /// with the body's energy W, dead nodal loads f (gravity among them), and a pull of the strength a (1/s^2) towards
 /// given displacements v, by which backward Euler is a minimiser too: with v_n the velocity, c the mass damping and dt
 /// the step,
 ///
 ///     a = 1/dt^2 + c/dt,   a v = (u_n + dt v_n)/dt^2 + c u_n/dt,   gravity and loads as dead loads.
+///
+/// The last term damps the springs in such a step: b = beta/dt, C the sum of k n n^T with the directions n at u_n.
 ///
 /// Displacements are in the body's unit of length L, forces in N, and the potential itself is P / L, in N, so that
 /// forces are its negative derivatives.
@@ -47,7 +50,14 @@ public:
     void load(std::span<const std::array<double, 3>> forces, const std::array<double, 3>& acceleration);
     /// Replaces the pull: its strength a in 1/s^2, >= 0, and the displacements v in m, one a node.
     void pull(double strength, VectorField<const T> towards);
-    void release() { pull_strength_ = 0; }
+    void release() {
+        pull_strength_ = 0;
+        damping_.reset();
+    }
+    /// Replaces the damping of the springs by one of the strength b >= 0 about the displacements u_n (m).
+    void damp(double strength, VectorField<const T> from);
+    /// b (u - u_n) . C (u - u_n) in J: what a step to `state` dissipates.
+    double dissipation(State<T>& state) const;
 
     /// Sets the held components of a state to their prescribed displacements.
     void impose(State<T>& state) const;
@@ -79,9 +89,9 @@ public:
     const NodeField<T>& displacement() const { return linearised_->displacement; }
     /// out = second derivatives times p at the last linearisation; zero on held components, where p need not be.
     void multiply(const NodeVector<T>& p, NodeVector<T>& out) const;
-    /// The diagonal 3x3 blocks of the body's second derivatives there, without the pull: xx, yy, zz, xy, xz, yz by
-    /// places in the layout.
-    void diagonal(AlignedArray<T> (&blocks)[6]) const { body_->hessian_diagonal(*linearised_, blocks); }
+    /// The diagonal 3x3 blocks of the body's second derivatives there, without the pull, with the damping: xx, yy, zz,
+    /// xy, xz, yz by places in the layout.
+    void diagonal(AlignedArray<T> (&blocks)[6]) const;
 
     VolumeRatios volume_ratios(const State<T>& state) const { return volumes_.ratios(state); }
 
@@ -92,6 +102,17 @@ public:
     double force_floor() const { return force_floor_; }
 
 private:
+    /// C at u_n, and what it makes of a vector.
+    struct Damping {
+        double strength;
+        State<T> from;
+        NodeVector<T> away, product;
+    };
+    /// damping_->product = C p.
+    void apply_damping(const NodeField<T>& p) const;
+    /// damping_->product = C (u - u_n), damping_->away = u - u_n.
+    void apply_damping(const State<T>& state) const;
+
     struct Held {
         std::size_t array, index;
         T displacement;
@@ -108,6 +129,7 @@ private:
     State<T>* linearised_ = nullptr;
     std::size_t free_count_ = 0;
     bool loaded_ = false;
+    std::unique_ptr<Damping> damping_;
     double pull_strength_ = 0;
     std::vector<double> pull_stiffness_;
     double largest_load_ = 0;

@@ -134,6 +134,19 @@ public:
     std::vector<T> memory() const;
     /// Throws std::invalid_argument unless there are three values a node, or none.
     void set_memory(std::span<const T> values);
+    /// Damps all springs along themselves in step() from now on, as ExplicitDynamics::damp_springs does; taken at the
+    /// new velocity, with the springs' directions before the step: the damping stays convex, unconditionally stable,
+    /// and keeps linear momentum; angular momentum up to the turn of a spring in a step. No part of solve() and
+    /// follow().
+    void damp_springs(double stiffness_damping);
+    /// What the damped springs have of energy: one entry, or none without them.
+    std::vector<EffectEnergy> effect_energies() const;
+    /// What they count up from step to step, to go on with in a solver that is damped too. Throws
+    /// std::invalid_argument for another count than effect_memory() gives.
+    std::vector<double> effect_memory() const;
+    void set_effect_memory(std::span<const double> memory);
+    /// Sets (not adds) the forces of damped springs, N, at displacements and velocities of the caller.
+    void get_effect_forces(VectorField<const T> displacement, VectorField<const T> velocity, VectorField<T> force);
 
     /// Sets (not adds) the internal forces, N, and gives the energy, J, at displacements of the caller.
     PotentialEnergy get_forces(VectorField<const T> displacement, VectorField<T> force);

@@ -98,6 +98,12 @@ public:
     void move_obstacles(std::span<const RigidPose> poses);
     /// One an obstacle, at the present state.
     std::vector<ObstacleReading> obstacle_readings() const;
+    /// Damps all springs along themselves (Kelvin-Voigt) from now on: with the force c (n.v) n on each, v the velocity
+    /// of its ends to each other, n its direction, c = stiffness_damping times its stiffness; taken at the velocity
+    /// before a step. Rigid motions are not damped. `stiffness_damping` in s, >= 0; 0: no more, and no cost. One of
+    /// effect_energies(). Makes critical_time_step() smaller. Throws std::invalid_argument for a value that is not
+    /// finite or negative.
+    void damp_springs(double stiffness_damping);
 
     /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, an acceleration
     /// that is not finite, or a negative damping. A step above the critical one is taken, as larger ones may do where
@@ -133,7 +139,9 @@ public:
 
     PotentialEnergy potential_energy() const;
     double kinetic_energy() const;
-    /// As ForcePlan's, with the stiffness of the obstacles added: 2 / sqrt(4/dt^2 + sum of Obstacle::stiffness).
+    /// A guaranteed lower bound (s) of the largest stable step near rest, with the body's obstacles and its springs
+    /// damped as they are: dt in dt^2 (omega^2 + sum of Obstacle::stiffness) + 2 dt stiffness_damping omega_s^2 = 4,
+    /// omega^2 and omega_s^2 bounds of the largest eigenvalues of M^-1 K with all forces and with the springs alone.
     double critical_time_step() const;
     PlanDescription describe() const;
 

@@ -15,6 +15,32 @@ enum class VolumeEnergy {
     none          ///< springs only (the paper's HybMSS-CF)
 };
 
+/// How springs stiffen as they are stretched or pressed: with the strain e = |d|/l - 1 a spring of stiffness k stores
+///
+///     k l^2 (e^2/2 + quadratic e^3/3 + cubic e^4/4),  force k l (e + quadratic e^2 + cubic e^3),
+///
+/// so small strains find the material's moduli, whatever the constants. Allowed is what leaves the energy convex in e
+/// for all that e can be, e >= -1: 1 + 2 quadratic e + 3 cubic e^2 >= 0. Then no spring ever gives way as it is pulled,
+/// and the energy is bounded below. With cubic = 0 that is quadratic in [0, 1/2]; `quadratic` alone tells stretched
+/// from pressed springs, `cubic` alone does not.
+struct SpringStiffening {
+    double quadratic = 0, cubic = 0;
+    bool any() const { return quadratic != 0 || cubic != 0; }
+};
+
+/// What `quadratic` may be beside a `cubic` >= 0.
+struct StiffeningRange {
+    double least, most;
+};
+StiffeningRange quadratic_stiffening(double cubic);
+
+/// Throws std::invalid_argument that names the value and what is allowed.
+void validate(const SpringStiffening& stiffening);
+
+/// The largest slope 1 + 2 quadratic e + 3 cubic e^2 of the force over strains |e| <= `strain`, <= 1: by at most so
+/// much are springs within it stiffer than at rest, along themselves and across.
+double largest_stiffening(const SpringStiffening& stiffening, double strain);
+
 /// An isotropic elastic material, SI units.
 struct Material {
     double young_modulus = 1e4;       ///< E in Pa, > 0
@@ -22,6 +48,7 @@ struct Material {
     double density = 1000.0;          ///< kg/m^3, > 0
     double face_diagonal_ratio = 1.0; ///< A = k_f / k_c >= 0; 0 leaves the face diagonals out (HybMSS-FD)
     VolumeEnergy volume_energy = VolumeEnergy::automatic;
+    SpringStiffening stiffening = {}; ///< of all springs
 };
 
 /// The stiffness of each kind of spring in the inside of a lattice, N/m. Golec et al. (5.12).

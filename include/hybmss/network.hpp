@@ -31,6 +31,7 @@ struct HYBMSS_EXPORT Network {
     std::vector<Spring> springs;
     std::vector<Cell> cells;
     VolumeEnergy volume_energy = VolumeEnergy::quadratic; ///< quadratic or mean_stretch, for all cells
+    SpringStiffening stiffening = {};                     ///< of all springs
 
     /// The lattice's body with shared springs merged; nodes in the lattice's order, springs with zero stiffness left
     /// out.

@@ -94,7 +94,8 @@ struct Gravity {
 };
 
 struct Damping {
-    double mass = 0; ///< c in 1/s: the force -c m v on every node
+    double mass = 0;      ///< c in 1/s: the force -c m v on every node
+    double stiffness = 0; ///< beta in s: a dashpot beta k along every spring of stiffness k
 };
 
 /// A dead force that is spread over the nodes of a region in proportion to the cells that they touch: evenly over a

@@ -3,6 +3,8 @@
 #include "hybmss/version.hpp"
 #include "tests/scenes/program.hpp"
 
+#include <cstdio>
+
 namespace hybmss {
 namespace {
 
@@ -47,6 +49,28 @@ TEST(Explain, forced_choices_are_told) {
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     EXPECT_TRUE(holds(result.output, "face_diagonal_ratio = 0 (HybMSS-FD)")) << result.output;
     EXPECT_TRUE(holds(result.output, "precision            float")) << result.output;
+}
+
+TEST(Explain, tells_what_each_effect_takes) {
+    test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml", test::small_scene("mass = 3", "mass = 3\nstiffness = 1e-4"));
+    const test::ProgramResult result = test::run_program("explain s.toml --threads 1", directory.path());
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    const std::size_t at = result.output.find("\n  stiffness damping ");
+    ASSERT_NE(at, std::string::npos) << result.output;
+    const std::string line = result.output.substr(at + 1, result.output.find('\n', at + 1) - at - 1);
+    char name[64];
+    long bytes = 0;
+    double nanoseconds = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), " stiffness %63s %ld %lf", name, &bytes, &nanoseconds), 3) << line;
+    EXPECT_GE(bytes, 60 * 3 * 8); // a vector a node
+    EXPECT_TRUE(holds(line, "0.0001 s; spring_pass<damping>, kick")) << line;
+    EXPECT_TRUE(holds(result.output, "no material.stiffening_quadratic")) << result.output;
+
+    test::write_text(directory.path() / "t.toml",
+                     test::small_scene("method = \"symplectic-euler\"", "method = \"static\""));
+    const test::ProgramResult still = test::run_program("explain t.toml", directory.path());
+    EXPECT_TRUE(holds(still.output, "mass damping         static: nothing moves")) << still.output;
 }
 
 TEST(Program, version_and_help) {

@@ -105,5 +105,45 @@ TEST(Material, RefusesWhatIsOutOfRange) {
     expect_refusal([] { validate({1e4, 0.5, 1000, 1}); }, {"poisson_ratio = 0.5 "});
 }
 
+double smallest_slope(const SpringStiffening& s) {
+    double least = 1;
+    for (double e = -1; e <= 5; e += 1e-4) {
+        least = std::min(least, 1 + 2 * s.quadratic * e + 3 * s.cubic * e * e);
+    }
+    return least;
+}
+
+// The bounds are exact: on them the force's slope reaches zero at some e >= -1, beyond them it is negative there.
+TEST(SpringStiffening, AllowsWhatLeavesTheEnergyConvex) {
+    for (double cubic : {0.0, 0.01, 0.2, 1.0 / 3, 0.5, 3.0, 40.0}) {
+        const StiffeningRange range = quadratic_stiffening(cubic);
+        EXPECT_LE(range.least, 0);
+        EXPECT_GT(range.most, 0);
+        for (double edge : {range.least, range.most}) {
+            EXPECT_NO_THROW(validate(SpringStiffening{edge, cubic}));
+            if (cubic > 0.02) { // else e lies beyond what is looked at
+                EXPECT_NEAR(smallest_slope({edge, cubic}), 0, 1e-3);
+                EXPECT_LT(smallest_slope({1.01 * edge, cubic}), -1e-3) << edge << " " << cubic;
+            }
+            const double beyond = edge + (edge <= 0 && edge == range.least ? -1e-3 : 1e-3);
+            expect_refusal([&] { validate(SpringStiffening{beyond, cubic}); }, {"stiffening.quadratic = ", "cubic = "});
+        }
+    }
+    const double nan = std::nan("");
+    for (double cubic : {-0.1, nan, 1e9}) {
+        expect_refusal([&] { validate(SpringStiffening{0, cubic}); }, {"stiffening.cubic = ", "at least 0"});
+    }
+    expect_refusal([&] { validate(SpringStiffening{nan, 1}); }, {"stiffening.quadratic = ", "not allowed"});
+    Material material;
+    material.stiffening = {3, 0};
+    expect_refusal([&] { validate(material); }, {"stiffening.quadratic = 3 ", "[0, 0.5]"});
+}
+
+TEST(SpringStiffening, LargestSlopeInReach) {
+    EXPECT_EQ(largest_stiffening({}, 0.5), 1);
+    EXPECT_DOUBLE_EQ(largest_stiffening({1, 2}, 0.5), 1 + 1 + 1.5);
+    EXPECT_DOUBLE_EQ(largest_stiffening({-1, 2}, 0.5), 1 + 1 + 1.5);
+}
+
 } // namespace
 } // namespace hybmss::testing

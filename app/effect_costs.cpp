@@ -1,0 +1,70 @@
+#include "app/effect_costs.hpp"
+
+#include "simulation/memory.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace hybmss {
+namespace {
+
+constexpr int kRounds = 11;
+constexpr double kSliceSeconds = 0.005;
+
+double seconds_of(Simulation& simulation, long steps) {
+    const auto start = std::chrono::steady_clock::now();
+    simulation.step(steps);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+long steps_of_a_slice(Simulation& simulation) {
+    simulation.step();
+    for (long steps = 1;; steps *= 2) {
+        const double seconds = seconds_of(simulation, steps);
+        if (seconds > kSliceSeconds / 4) {
+            return std::max(1L, std::lround(kSliceSeconds / seconds * static_cast<double>(steps)));
+        }
+    }
+}
+
+/// Seconds a step that `with` takes longer than `rest`, the median over rounds in which both have a slice.
+double difference(Simulation& with, Simulation& rest) {
+    const long steps[2] = {steps_of_a_slice(with), steps_of_a_slice(rest)};
+    std::vector<double> differences;
+    for (int round = 0; round < kRounds; ++round) {
+        // Either comes first in turn.
+        double seconds[2];
+        for (int i : {round % 2, 1 - round % 2}) {
+            seconds[i] = seconds_of(i == 0 ? with : rest, steps[i]) / static_cast<double>(steps[i]);
+        }
+        differences.push_back(seconds[0] - seconds[1]);
+    }
+    std::nth_element(differences.begin(), differences.begin() + kRounds / 2, differences.end());
+    return differences[kRounds / 2];
+}
+
+} // namespace
+
+std::vector<EffectCost> effect_costs(const Simulation& simulation, const SimulationOptions& options) {
+    const Scene& scene = simulation.scene();
+    const bool explicit_in_time = scene.solver.method == SolverMethod::symplectic_euler;
+    const double needed = 3 * estimated_bytes(scene.body, options);
+    SimulationOptions same = options;
+    same.plan = simulation.describe().choice;
+    std::vector<EffectCost> costs;
+    for (const EffectRule& rule : effect_rules()) {
+        EffectCost& cost = costs.emplace_back(EffectCost{&rule, rule.in(scene), {}, {}});
+        if (!cost.in || !rule.remove || needed > available_bytes()) {
+            continue;
+        }
+        Simulation with(scene, same), rest(without(scene, rule), same);
+        cost.bytes = static_cast<long long>(with.describe().bytes) - static_cast<long long>(rest.describe().bytes);
+        if (explicit_in_time) {
+            cost.nanoseconds = 1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
+        }
+    }
+    return costs;
+}
+
+} // namespace hybmss
