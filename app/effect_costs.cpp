@@ -59,10 +59,11 @@ std::vector<EffectCost> effect_costs(const Simulation& simulation, const Simulat
             continue;
         }
         Simulation with(scene, same), rest(without(scene, rule), same);
-        cost.bytes = static_cast<long long>(with.describe().bytes) - static_cast<long long>(rest.describe().bytes);
         if (explicit_in_time) {
             cost.nanoseconds = 1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
         }
+        // After steps: some arrays are made by the first.
+        cost.bytes = static_cast<long long>(with.describe().bytes) - static_cast<long long>(rest.describe().bytes);
     }
     return costs;
 }

@@ -1,6 +1,8 @@
 #include "app/body_report.hpp"
 #include "app/commands.hpp"
 #include "app/effect_costs.hpp"
+#include "app/explain_json.hpp"
+#include "app/json_file.hpp"
 #include "app/plan_arguments.hpp"
 #include "simulation/memory.hpp"
 
@@ -16,7 +18,7 @@ namespace {
 using namespace hybmss;
 
 struct ExplainArguments {
-    std::string scene;
+    std::string scene, json;
     bool keys = false, effects = false;
     PlanArguments plan;
 };
@@ -61,8 +63,7 @@ std::string critical_step_text(const Simulation& simulation) {
 }
 
 /// What each effect takes, and why it is there or not.
-void explain_effects(const Simulation& simulation, const SimulationOptions& options) {
-    const std::vector<EffectCost> costs = effect_costs(simulation, options);
+void print_effects(const Simulation& simulation, const std::vector<EffectCost>& costs) {
     const std::string kernel = simulation.describe().kernel;
     fmt::print("effects in\n");
     fmt::print("  {:<20} {:>12} {:>14}  {}\n", "", "bytes", "ns a cell-step", "why; kernel");
@@ -125,6 +126,7 @@ void explain(const ExplainArguments& arguments) {
     if (arguments.scene.empty()) {
         throw std::invalid_argument("explain: a SCENE file, --keys or --effects is needed");
     }
+    const auto json = open_json_file(arguments.json);
     const SimulationOptions options = arguments.plan.options();
     Simulation simulation(load_scene(arguments.scene), options);
     const Scene& scene = simulation.scene();
@@ -135,7 +137,8 @@ void explain(const ExplainArguments& arguments) {
     if (!parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
     }
-    explain_effects(simulation, options);
+    const std::vector<EffectCost> costs = effect_costs(simulation, options);
+    print_effects(simulation, costs);
     fmt::print("body\n");
     row("cells", fmt::format("{}", simulation.lattice().cell_count()));
     const auto grid = simulation.lattice().cells();
@@ -166,6 +169,10 @@ void explain(const ExplainArguments& arguments) {
     } else {
         explain_time(simulation);
     }
+    if (json) {
+        write_explanation(simulation, costs, json->stream());
+        json->commit();
+    }
 }
 
 } // namespace
@@ -176,6 +183,7 @@ void add_explain_command(CLI::App& app) {
     command->add_option("SCENE", arguments->scene, "scene file (TOML)");
     command->add_flag("--keys", arguments->keys, "print all keys of the scene format instead, as in docs/scenes.md");
     command->add_flag("--effects", arguments->effects, "print all effects there are instead, as in docs/effects.md");
+    command->add_option("--json", arguments->json, "also write it to this file");
     arguments->plan.add_to(*command, true);
     command->callback([arguments] { explain(*arguments); });
 }

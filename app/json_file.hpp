@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The file behind the --json options of `verify` and `bench`.
+/// The file behind the commands' --json options.
 
 #include "simulation/atomic_file.hpp"
 

@@ -100,6 +100,9 @@ std::vector<NamedMaterial> materials() {
         m.poisson_ratio = 0.3;
         m.volume_energy = VolumeEnergy::none;
         all.push_back({prefix + "none", m});
+        m.stiffening = {1, 3};
+        m.volume_energy = ratio == 0.0 ? VolumeEnergy::none : VolumeEnergy::quadratic;
+        all.push_back({prefix + "stiffening", m});
     }
     return all;
 }
@@ -116,6 +119,10 @@ void append_networks(std::vector<TestBody>& bodies, unsigned seed) {
         for (NamedNetwork& named : hand_made_networks(energy, seed)) {
             bodies.push_back({named.name, variant, {}, {}, std::move(named.network), kNetworkCellSize});
         }
+    }
+    for (NamedNetwork& named : hand_made_networks(VolumeEnergy::none, seed)) {
+        named.network.stiffening = {1, 3};
+        bodies.push_back({named.name, "network stiffening", {}, {}, std::move(named.network), kNetworkCellSize});
     }
 }
 

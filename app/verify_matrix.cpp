@@ -6,6 +6,7 @@
 #include "plan/body.hpp"
 #include "reference/forces.hpp"
 #include "reference/spring_energy.hpp"
+#include "reference/stiffening.hpp"
 #include "reference/volume_energy.hpp"
 
 #include <algorithm>
@@ -34,7 +35,9 @@ reference::Energy accurate_energy(const reference::Body& body, const std::vector
     const auto at = [&](int node) { return u[static_cast<std::size_t>(node)]; };
     long double springs = 0, volume = 0;
     for (const reference::Spring& s : body.springs) {
-        springs += reference::spring_energy(s.stiffness, s.rest_vector, at(s.b) - at(s.a));
+        const Vector3d du = at(s.b) - at(s.a);
+        springs += reference::spring_energy(s.stiffness, s.rest_vector, du) +
+                   reference::stiffening_energy(body.stiffening, s.stiffness, s.rest_vector, du);
     }
     for (const reference::Cell& cell : body.cells) {
         reference::Corners corners;

@@ -1,6 +1,7 @@
 #include "app/verify_matrix.hpp"
 #include "app/verify_node_array.hpp"
 
+#include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/force_plan.hpp"
 #include "reference/forces.hpp"
 
@@ -155,6 +156,29 @@ void check_rigid_motions(Subject<T>& subject) {
     }
 }
 
+/// Damping along the springs: over the greatest sum of the magnitudes of the forces on a node.
+template <class T>
+void check_damping(Subject<T>& subject, const PlanOptions& options, unsigned seed) {
+    constexpr double kSeconds = 0.5;
+    const std::vector<Vector3d> u = random_displacements(subject, 0.1, seed);
+    const std::vector<Vector3d> v = random_displacements(subject, 1, seed + 1);
+    auto dynamics = make_planned<ExplicitDynamics<T>>(subject.body, options);
+    dynamics.damp_springs(kSeconds);
+    NodeArray<T> at(Arrangement::stride_3, u), moving(Arrangement::stride_3, v), out(Arrangement::stride_3, u.size());
+    dynamics.set_displacements(at.field());
+    dynamics.set_velocities(moving.field());
+    dynamics.get_effect_forces(out.field());
+    const double fastest = 2 * std::sqrt(3.0) * subject.body.cell_size;
+    std::vector<double> scales(u.size(), 0.0);
+    for (const reference::Spring& s : subject.reference.springs) {
+        for (const int end : {s.a, s.b}) {
+            scales[static_cast<std::size_t>(end)] += kSeconds * s.stiffness * fastest;
+        }
+    }
+    const double error = max_difference(out.vectors(), reference::damping_forces(subject.reference, kSeconds, u, v));
+    subject.record("spring damping", error / *std::max_element(scales.begin(), scales.end()) / kEpsilon<T>);
+}
+
 /// 2 / sqrt of the largest eigenvalue of M^-1 K at rest, from above: power iteration gives eigenvalues from below.
 double largest_stable_step(const reference::Body& body) {
     const std::vector<Vector3d> rest(body.rest.size(), Vector3d::Zero());
@@ -201,6 +225,7 @@ void check_all(const TestBody& body, const MatrixOptions& options, RowTable& tab
         check_coincident_nodes(subject);
         check_totals(subject, options.seed);
         check_rigid_motions(subject);
+        check_damping(subject, plan_options(key), options.seed);
         check_critical_time_step(subject, stable_step);
     }
 }

@@ -28,6 +28,8 @@ constexpr Tolerance kProperties[] = {
     {"total torque", 1.5, "likewise, about the origin"},
     {"rigid motion", 3,
      "translation by 128 to 1024 cells, a quarter turn, a slanted turn: against the force scale of the slanted turn"},
+    {"spring damping", 3,
+     "at a strain of 0.1, velocities of up to a cell a second: over the greatest of any node's sums of magnitudes"},
     {"critical time step", 8, "excess over 2 / sqrt(largest eigenvalue of M^-1 K), found by power iteration"},
     {"50 free steps", 50, "as the next, without gravity, damping and prescribed nodes"},
     {"50 driven steps", 50,

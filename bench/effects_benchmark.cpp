@@ -24,8 +24,8 @@ struct Rounds {
     std::vector<double> without, with, ratio;
 };
 
-/// Rounds of the two, the counters that all rows have, and those of the memory.
-void measure(benchmark::State& state, const Work& without, const Work& with, double bytes_without, double bytes_with) {
+/// Rounds of the two, and the counters of their times.
+void measure(benchmark::State& state, const Work& without, const Work& with) {
     Interleaved interleaved({without, with}, kSliceSeconds);
     Rounds rounds;
     for ([[maybe_unused]] auto _ : state) {
@@ -39,7 +39,12 @@ void measure(benchmark::State& state, const Work& without, const Work& with, dou
     state.counters["ns_per_cell_without"] = 1e9 * median(rounds.without) / cells;
     state.counters["ns_per_cell"] = 1e9 * median(rounds.with) / cells;
     state.counters["ratio"] = median(rounds.ratio);
-    state.counters["bytes_per_cell_added"] = (bytes_with - bytes_without) / cells;
+}
+
+/// After steps: some arrays are made by the first.
+void count_bytes(benchmark::State& state, std::size_t without, std::size_t with) {
+    state.counters["bytes_per_cell_added"] =
+        (static_cast<double>(with) - static_cast<double>(without)) / std::pow(kEdge, 3);
 }
 
 PlanOptions options_of(InstructionSet set, int threads) {
@@ -60,8 +65,8 @@ void measure_seams(benchmark::State& state, const PlanOptions& options) {
     const StepParameters parameters = gentle_steps(dynamics);
     measure(
         state, [&](long steps) { bare.steps(parameters, steps); },
-        [&](long steps) { dynamics.step(parameters, steps); }, static_cast<double>(bare.bytes),
-        static_cast<double>(dynamics.describe().bytes));
+        [&](long steps) { dynamics.step(parameters, steps); });
+    count_bytes(state, bare.bytes, dynamics.describe().bytes);
 }
 
 /// A box at rest: a step takes as long for zeros as for other numbers, unless they are denormal.
@@ -82,8 +87,8 @@ void measure_effect(benchmark::State& state, const EffectRule& rule, Precision p
     rule.add(scene);
     Simulation with(scene, options), rest(without(scene, rule), options);
     measure(
-        state, [&](long steps) { rest.step(steps); }, [&](long steps) { with.step(steps); },
-        static_cast<double>(rest.describe().bytes), static_cast<double>(with.describe().bytes));
+        state, [&](long steps) { rest.step(steps); }, [&](long steps) { with.step(steps); });
+    count_bytes(state, rest.describe().bytes, with.describe().bytes);
 }
 
 Row make_row(const std::string& effect, InstructionSet set, Precision precision, int threads, double seconds,

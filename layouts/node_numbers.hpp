@@ -18,6 +18,8 @@ public:
 
     /// Of a grid index that belongs to a node.
     std::uint32_t of(std::size_t grid_node) const;
+    /// The grid index of a node's number.
+    std::size_t grid_node(std::uint32_t number) const { return nodes_.empty() ? number : nodes_[number]; }
 
 private:
     std::vector<std::uint32_t> nodes_; ///< grid indices, ascending; empty where every grid node is one of the body

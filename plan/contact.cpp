@@ -73,7 +73,7 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
         grips_[o].resize(has_grips(o) ? nodes_.size() : 0);
     }
     watches_.assign(obstacles_.size(), std::vector<Watch>(block_count()));
-    elapsed_.assign((block_count() + kBlocksAPiece - 1) / kBlocksAPiece, 0.0);
+    elapsed_.assign(piece_count(), 0.0);
 }
 
 template <class T>
@@ -86,7 +86,7 @@ void Contact<T>::move(std::span<const RigidPose> poses) {
         require_rigid(poses[o], o);
     }
     for (std::size_t o = 0; o < poses.size(); ++o) {
-        const RigidPose before = pose_after(o, elapsed_.empty() ? 0 : elapsed_[0]);
+        const RigidPose before = pose_after(o, elapsed());
         const bool turns =
             before.rotation != poses[o].rotation && !std::holds_alternative<SphereShape>(obstacles_[o].shape);
         const double way =
@@ -174,6 +174,9 @@ void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& 
     const double gain = time_step * obstacle.stiffness / length_unit_;
     for (std::size_t n = begin; n < end; ++n) {
         const Node& node = nodes_[n];
+        if (node.mass == 0) {
+            continue;
+        }
         const Point y = place(pose, node, state, length_unit_);
         const double distance = distance_to(shape, y);
         nearest = std::min(nearest, distance);
@@ -253,10 +256,13 @@ template <class T>
 template <class Visit>
 void Contact<T>::for_each_touch(const State<T>& state, const Visit& visit) const {
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        const RigidPose pose = pose_after(o, elapsed_.empty() ? 0 : elapsed_[0]);
+        const RigidPose pose = pose_after(o, elapsed());
         std::visit(
             [&](const auto& shape) {
                 for (std::size_t n = 0; n < nodes_.size(); ++n) {
+                    if (nodes_[n].mass == 0) {
+                        continue;
+                    }
                     const Point y = place(pose, nodes_[n], state, length_unit_);
                     const Grip* grip = has_grips(o) ? &grips_[o][n] : nullptr;
                     if (distance_to(shape, y) < 0 || (grip && grip->holds)) {

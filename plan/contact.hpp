@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 namespace hybmss {
@@ -31,6 +32,9 @@ public:
     void move(std::span<const RigidPose> poses);
     std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const;
     std::span<const Obstacle> obstacles() const { return obstacles_; }
+    /// The body's masses have changed around these nodes, which are all of its surface now, if not without mass. In
+    /// time proportional to them; the first call takes a pass over the surface.
+    void surface_was_cut(const Body<T>& body, std::span<const SurfaceNode> around);
 
     std::string_view name() const override { return "contact"; }
     std::size_t bytes() const override;
@@ -48,7 +52,7 @@ private:
     struct Node {
         Point rest;        ///< m
         std::size_t index; ///< in the body's fields
-        double mass;       ///< kg
+        double mass;       ///< kg; 0 where all its cells have been cut away: it touches nothing
     };
     /// How a node holds to an obstacle, in the obstacle's axes.
     struct Grip {
@@ -76,6 +80,8 @@ private:
     static constexpr std::size_t kBlocksAPiece = 8;
 
     std::size_t block_count() const { return (nodes_.size() + kBlock - 1) / kBlock; }
+    std::size_t piece_count() const { return (block_count() + kBlocksAPiece - 1) / kBlocksAPiece; }
+    double elapsed() const { return elapsed_.empty() ? 0 : elapsed_[0]; }
     bool has_grips(std::size_t obstacle) const { return obstacles_[obstacle].friction > 0; }
     RigidPose pose_after(std::size_t obstacle, double time) const;
     Point place(const RigidPose& pose, const Node& node, const State<T>& state, double length_unit) const;
@@ -95,6 +101,7 @@ private:
     std::vector<std::vector<Grip>> grips_;    ///< one a node, for every obstacle with friction
     std::vector<std::vector<Watch>> watches_; ///< one a block, for every obstacle
     std::vector<double> elapsed_;             ///< s since the obstacles were moved; one a piece, all the same
+    std::unordered_map<std::size_t, std::size_t> numbers_; ///< of nodes_, by their index; from the first cut on
 };
 
 extern template class Contact<float>;

@@ -18,7 +18,7 @@ std::size_t Contact<T>::memory_size() const {
 
 template <class T>
 std::vector<double> Contact<T>::memory() const {
-    std::vector<double> memory = {elapsed_.empty() ? 0 : elapsed_[0]};
+    std::vector<double> memory = {elapsed()};
     memory.reserve(memory_size());
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         for (const Watch& watch : watches_[o]) {

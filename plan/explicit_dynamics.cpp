@@ -69,10 +69,6 @@ struct ExplicitDynamics<T>::Implementation {
             throw std::invalid_argument("layout \"" + body->describe().layout +
                                         "\" cannot be cut while it moves: flat-rows, active-rows and gather-rows can");
         }
-        if (contact) {
-            throw std::invalid_argument("a body that has obstacles cannot be cut: the nodes that may touch them are "
-                                        "given with them; take the obstacles away first, and set them anew");
-        }
         for (const std::uint32_t cell : cells) {
             if (cell >= lattice.cell_scales().size()) {
                 throw std::invalid_argument("cell " + std::to_string(cell) + ": the lattice has " +
@@ -93,7 +89,8 @@ struct ExplicitDynamics<T>::Implementation {
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
     double wave_speed;      ///< m/s, at most: no wave passes an edge in less than the critical time step
     std::vector<std::unique_ptr<StepEffect<T>>> effects;
-    Contact<T>* contact = nullptr; ///< one of the effects; nullptr without obstacles
+    Contact<T>* contact = nullptr;       ///< one of the effects; nullptr without obstacles
+    std::optional<SurfaceNode> touching; ///< one of those that may touch, if there are any
     SpringDamping<T>* damping = nullptr; ///< one of them, or none
     std::vector<PrescribedComponent<T>> prescribed;
     std::vector<LoadedComponent<T>> loaded;
@@ -222,6 +219,17 @@ std::size_t ExplicitDynamics<T>::remove_cells(Lattice& lattice, std::span<const 
             }
         }
     }
+    if (i.touching) {
+        const std::array<double, 3> low = lattice.rest_position(i.numbers->grid_node(i.touching->node));
+        std::vector<SurfaceNode> around;
+        for (const CutNode& node : nodes) {
+            SurfaceNode& bared = around.emplace_back(SurfaceNode{node.node, i.touching->rest_position});
+            for (std::size_t a = 0; a < 3; ++a) {
+                bared.rest_position[a] += lattice.cell_size() * static_cast<double>(node.place[a]) - low[a];
+            }
+        }
+        i.contact->surface_was_cut(*i.body, around);
+    }
     if (!i.loads.empty()) { // the same forces on other masses
         load(std::vector<NodalLoad>(i.loads));
     }
@@ -235,7 +243,11 @@ void ExplicitDynamics<T>::set_obstacles(std::span<const SurfaceNode> surface, st
         obstacles.empty() ? nullptr : std::make_unique<Contact<T>>(*all.body, all.wave_speed, surface, obstacles);
     std::erase_if(all.effects, [&](const auto& effect) { return effect.get() == all.contact; });
     all.contact = made.get();
+    all.touching.reset();
     if (made) {
+        if (!surface.empty()) {
+            all.touching = surface.front();
+        }
         all.effects.push_back(std::move(made));
     }
 }

@@ -128,7 +128,9 @@ double cell_energy(const Material& material, double cell_size, double scale,
             const double k = edges == 1   ? constants.edge / 4
                              : edges == 2 ? constants.face_diagonal / 2
                                           : constants.cube_diagonal;
-            energy += 0.5 * k * stretch * stretch;
+            const double e = stretch / std::sqrt(length2);
+            energy += k * length2 * e * e *
+                      (0.5 + e * (material.stiffening.quadratic / 3 + material.stiffening.cubic / 4 * e));
         }
     }
     if (const VolumeEnergy kind = resolved_volume_energy(material); kind != VolumeEnergy::none) {

@@ -63,6 +63,23 @@ std::string prescribed_motion(const Simulation& s) {
     return text;
 }
 
+std::string contact(const Simulation& s) {
+    const std::vector<SceneObstacle>& obstacles = s.scene().obstacles;
+    const auto rough =
+        std::count_if(obstacles.begin(), obstacles.end(), [](const SceneObstacle& o) { return o.friction > 0; });
+    return format("%zu surface nodes with %zu [[obstacle]], %td with friction", surface_nodes(s.lattice()).size(),
+                  obstacles.size(), rough);
+}
+
+/// A rough floor that the body's lower face touches.
+void add_ground(Scene& scene) {
+    SceneObstacle ground;
+    ground.shape = PlaneShape{{0, 1, 0}};
+    ground.position = scene.body.origin;
+    ground.friction = 0.5;
+    scene.obstacles.push_back(ground);
+}
+
 constexpr EffectRule kEffects[] = {
     {"edge springs", "every body", "part of the sweep over the cells", "", "3 numbers a node", true, always, edges,
      never_absent, nullptr, nullptr},
@@ -75,7 +92,11 @@ constexpr EffectRule kEffects[] = {
     {"volume force", "`material.poisson_ratio` other than 1/4, unless `volume_energy = \"none\"`",
      "a variant of the sweep", "", "nothing", true,
      [](const Scene& s) { return resolved_volume_energy(s.material) != VolumeEnergy::none; }, volume_force,
-     no_volume_force, [](Scene& s) { s.material.poisson_ratio = 0.4; },
+     no_volume_force,
+     [](Scene& s) {
+         s.material.poisson_ratio = 0.4;
+         s.material.volume_energy = VolumeEnergy::automatic;
+     },
      [](Scene& s) { s.material.volume_energy = VolumeEnergy::none; }},
     {"stiffening springs", "`material.stiffening_quadratic`, `stiffening_cubic`",
      "a sweep over the springs, and a kick of the velocities", "spring_pass<stiffening>, kick", "3 numbers a node",
@@ -128,6 +149,10 @@ constexpr EffectRule kEffects[] = {
          s.cuts.push_back({BoxRegion{{-1, -1, -1}, {0, 0, 0}}, {0, 0, 0}, 1e6});
      },
      [](Scene& s) { s.cuts.clear(); }},
+    {"contact", "`[[obstacle]]`", "a pass over the surface nodes that may touch, and a kick of their velocities",
+     "a loop over surface nodes", "40 bytes a surface node; 56 more by each obstacle with friction", false,
+     [](const Scene& s) { return !s.obstacles.empty(); }, contact,
+     [](const Scene&) { return std::string("no [[obstacle]]"); }, add_ground, [](Scene& s) { s.obstacles.clear(); }},
     {"fixed nodes", "`[[fix]]`", "a pass over the held components", "a loop over components",
      "32 bytes a component (float: 24)", true, [](const Scene& s) { return !s.fixes.empty(); },
      [](const Simulation& s) {

@@ -48,7 +48,7 @@ std::size_t Simulation::Implementation::cut(std::span<const std::uint32_t> wante
     const std::span<const float> scales = lattice.cell_scales();
     const std::vector<Vector3> u = displacements_of(dynamics), v = velocities_of(dynamics);
     std::vector<std::uint32_t> listed;
-    double energy = 0;
+    double energy = stored_in_effects();
     for (const std::uint32_t c : wanted) {
         if (c >= scales.size()) {
             throw std::invalid_argument("cell " + std::to_string(c) + ": the lattice has " +
@@ -74,7 +74,7 @@ std::size_t Simulation::Implementation::cut(std::span<const std::uint32_t> wante
             energy -= (loads_before[n][a] - loads[n][a]) * u[n][a];
         }
     }
-    removed_energy += energy;
+    removed_energy += energy - stored_in_effects();
     return listed.size();
 }
 

@@ -59,9 +59,6 @@ void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
                           "cells are cut only while a body moves by symplectic-euler, not with method = \"" +
                               std::string(name(scene.solver.method)) + "\"");
     }
-    if (!scene.obstacles.empty()) {
-        throw scene_error(scene, "cut[0].at", "a scene with an [[obstacle]] cannot be cut: its surface is found once");
-    }
     if (scene.output.energy_balance) {
         throw scene_error(scene, "output.energy_balance",
                           "a scene with it cannot be cut: the energy of what is removed is not in the balance");
@@ -227,12 +224,13 @@ void Simulation::Implementation::restore(std::span<const Vector3> displacements,
     same.plan = std::visit([](const auto& d) { return d.describe().choice; }, dynamics);
     uncut();
     dynamics = make_dynamics(lattice, scene.material, scene.solver.method, same);
+    apply_damping();
+    set_obstacles(); // as they were before any cut, so that effects have the memory that they had
     cut_again(cuts);
     set_state(dynamics, displacements, velocities);
     steps = at_step;
     meter.reset(); // it knows of steps that have been taken back
     apply_loads();
-    set_obstacles();
     prescribe();
     set_effect_memory(dynamics, effect_memory);
 }
@@ -243,6 +241,14 @@ std::span<const double> Simulation::Implementation::masses() const {
 
 NodalForces Simulation::Implementation::nodal_forces(std::span<const Vector3> internal) const {
     return {internal, masses(), scene.gravity.acceleration, scene.damping.mass, loads};
+}
+
+double Simulation::Implementation::stored_in_effects() const {
+    double sum = 0;
+    for (const EffectEnergy& effect : effect_energies_of(dynamics)) {
+        sum += effect.stored;
+    }
+    return sum;
 }
 
 double Simulation::Implementation::external_energy(std::span<const Vector3> displacements) const {

@@ -39,13 +39,13 @@ struct Simulation::Implementation {
     std::vector<Vector3> rest;
     Supports supports;
     std::vector<ProbeNodes> probes;
-    std::vector<Vector3> loads; ///< N, one a node; empty where the scene has none
+    std::vector<Vector3> loads;       ///< N, one a node; empty where the scene has none
     FrequencyBounds body_frequencies; ///< of the body alone
     Obstacles obstacles;
     AnyDynamics dynamics;
     FrequencyBounds frequencies; ///< with the obstacles
     double critical_time_step;   ///< s: with the damping of the springs too
-    double time_step;          ///< 0 where there is no time
+    double time_step;            ///< 0 where there is no time
     long steps = 0;
     double load_fraction = 0;   ///< static: how far the loading has been followed
     double solved_residual = 0; ///< static: of the last solve
@@ -67,9 +67,9 @@ struct Simulation::Implementation {
     double removed_energy = 0;        ///< J
     std::optional<EnergyMeter> meter; ///< where the scene asks for it
     // Of the run at hand, so that a checkpoint can continue it.
-    long outputs = 0;             ///< made so far
-    long written = -1;            ///< the step of the last one
-    bool continued = false;       ///< the next run goes on with these
+    long outputs = 0;       ///< made so far
+    long written = -1;      ///< the step of the last one
+    bool continued = false; ///< the next run goes on with these
 
     Implementation(Scene given, const SimulationOptions& wanted);
 
@@ -151,6 +151,7 @@ private:
     NodalForces nodal_forces(std::span<const Vector3> internal) const;
     std::span<const double> masses() const;
     double external_energy(std::span<const Vector3> displacements) const;
+    double stored_in_effects() const;
 };
 
 } // namespace hybmss

@@ -1,8 +1,7 @@
 #include "simulation/results.hpp"
 
 #include "hybmss/version.hpp"
-
-#include <nlohmann/json.hpp>
+#include "simulation/plan_json.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -21,19 +20,6 @@ void require_finite(const Json& value) {
             require_finite(item);
         }
     }
-}
-
-Json plan_json(const PlanDescription& plan) {
-    return {{"instruction_set", name(plan.instruction_set)},
-            {"layout", plan.layout},
-            {"kernel", plan.kernel},
-            {"precision", plan.precision},
-            {"threads", plan.threads},
-            {"nodes", plan.nodes},
-            {"springs", plan.springs},
-            {"cells", plan.cells},
-            {"bytes", plan.bytes},
-            {"tiles", plan.tiles}};
 }
 
 Json balance_json(const EnergyBalance& b) {

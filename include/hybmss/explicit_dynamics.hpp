@@ -76,12 +76,12 @@ public:
     /// over. Returns how many were removed.
     ///
     /// Nodes keep their numbers. One that no cell touches any more has no mass and no force, is not loaded, and stays
-    /// where it is unless it is prescribed. critical_time_step() stays as it was, and stays a lower bound: it bounds
+    /// where it is unless it is prescribed. Where there are obstacles, the nodes laid bare may touch them too.
+    /// critical_time_step() stays as it was, and stays a lower bound: it bounds
     /// x'Kx / x'Mx cell by cell, and a cell takes its share of both away with it.
     ///
     /// Throws std::invalid_argument, and changes nothing, for an index outside the grid, a lattice of another grid or
-    /// with other nodes, and a body that cannot be cut: a network, a lattice in a network's layout, or one
-    /// that has obstacles.
+    /// with other nodes, and a body that cannot be cut: a network, or a lattice in a network's layout.
     std::size_t remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells);
     /// Whether this body is one that can.
     bool can_remove_cells() const;

@@ -350,6 +350,44 @@ TEST(ContactLayouts, all_bounce_alike) {
     expect_same(u, "network");
 }
 
+// What a cut lays bare touches as the surface of a body built without the cells; what has lost all cells does not.
+TEST(ContactLayouts, a_cut_body_touches_with_its_new_surface) {
+    for (const char* layout : {"flat-rows", "active-rows", "gather-rows"}) {
+        PlanOptions options;
+        options.layout = layout;
+        // Deep in a floor, so that the middle touches too.
+        TouchingBody<double> body(Lattice::box(4, 4, 4, kEdge), {floor_at(0.3, 0.5)}, options);
+        const std::vector<std::uint32_t> grid_nodes = body.lattice.nodes();
+        for (const std::vector<std::uint32_t>& bite :
+             {std::vector<std::uint32_t>{5, 21, 20, 22}, {0, 1, 2, 3, 16, 17, 18, 19, 32, 33}}) {
+            EXPECT_EQ(body.dynamics.remove_cells(body.lattice, bite), bite.size());
+        }
+        TouchingBody<double> anew(body.lattice, {floor_at(0.3, 0.5)}, options);
+        const auto forces = [](const TouchingBody<double>& of) {
+            std::vector<double> f(3 * of.dynamics.node_count());
+            of.dynamics.get_effect_forces(VectorField<double>::aos(f.data(), of.dynamics.node_count()));
+            return f;
+        };
+        const std::vector<double> cut = forces(body), expected = forces(anew);
+        const std::vector<std::uint32_t> left = body.lattice.nodes();
+        std::size_t next = 0;
+        for (std::size_t n = 0; n < grid_nodes.size(); ++n) {
+            const bool is_left = next < left.size() && left[next] == grid_nodes[n];
+            for (std::size_t a = 0; a < 3; ++a) {
+                EXPECT_EQ(cut[3 * n + a], is_left ? expected[3 * next + a] : 0) << layout << ", node " << n;
+            }
+            next += is_left;
+        }
+        EXPECT_EQ(next, left.size());
+        const ObstacleReading reading = body.dynamics.obstacle_readings().at(0),
+                              wanted = anew.dynamics.obstacle_readings().at(0);
+        EXPECT_EQ(reading.nodes, wanted.nodes);
+        EXPECT_GT(wanted.nodes, 40u);
+        body.dynamics.step({body.time_step}, 20);
+        EXPECT_TRUE(std::isfinite(body.energy()));
+    }
+}
+
 TEST(ContactInput, surface_nodes_are_those_outside) {
     EXPECT_EQ(surface_nodes(Lattice::box(3, 3, 3, 1.0)).size(), 64u - 8u);
     Lattice hollow = Lattice::box(3, 3, 3, 1.0);

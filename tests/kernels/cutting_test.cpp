@@ -176,6 +176,54 @@ TEST_P(Cutting, of_bodies_with_holes_and_other_shapes_down_to_nothing) {
         const Lattice lattice = Lattice::from_cells(nx, ny, nz, 0.3, scales);
         cut_while_moving<double>(lattice, soft(0.0, 1), options(), 1, 5, seed_);
         cut_while_moving<float>(lattice, soft(0.3, 0), options(), 1, 5, seed_);
+        Material stiffening = soft(0.4, 1);
+        stiffening.stiffening = {1, 3};
+        cut_while_moving<double>(lattice, stiffening, options(), 1, 5, seed_);
+    }
+}
+
+// The springs that are left are damped as those of a body built without the cells.
+TEST_P(Cutting, of_a_damped_body) {
+    SCOPED_TRACE("seed " + std::to_string(seed_));
+    std::mt19937 engine(seed_);
+    Lattice lattice = Lattice::box(7, 5, 6, 0.1);
+    const std::vector<std::uint32_t> grid_nodes = lattice.nodes();
+    ExplicitDynamics<double> dynamics(lattice, soft(0.4, 1), options());
+    dynamics.damp_springs(1e-3);
+    set_random_motion(dynamics, 0.02 * lattice.cell_size(), 0.1, engine);
+    const std::vector<std::uint32_t> order = shuffled_cells(lattice, engine);
+    dynamics.remove_cells(lattice, std::span(order).first(120));
+
+    ExplicitDynamics<double> anew(lattice, soft(0.4, 1), options());
+    anew.damp_springs(1e-3);
+    const std::size_t size = dynamics.node_count();
+    const Field u = read<double>(size, [&](const VectorField<double>& out) { dynamics.get_displacements(out); });
+    const Field v = read<double>(size, [&](const VectorField<double>& out) { dynamics.get_velocities(out); });
+    const Field force = read<double>(size, [&](const VectorField<double>& out) { dynamics.get_effect_forces(out); });
+    Field its_u, its_v, left;
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    for (std::size_t n = 0; n < size; ++n) {
+        if (std::binary_search(nodes.begin(), nodes.end(), grid_nodes[n])) {
+            for (std::size_t a = 3 * n; a < 3 * n + 3; ++a) {
+                its_u.push_back(u[a]);
+                its_v.push_back(v[a]);
+                left.push_back(force[a]);
+            }
+        } else {
+            EXPECT_EQ(std::abs(force[3 * n]) + std::abs(force[3 * n + 1]) + std::abs(force[3 * n + 2]), 0);
+        }
+    }
+    anew.set_displacements(VectorField<const double>::aos(its_u.data(), nodes.size()));
+    anew.set_velocities(VectorField<const double>::aos(its_v.data(), nodes.size()));
+    const Field expected =
+        read<double>(nodes.size(), [&](const VectorField<double>& out) { anew.get_effect_forces(out); });
+    double largest = 0;
+    for (const double f : expected) {
+        largest = std::max(largest, std::abs(f));
+    }
+    EXPECT_GT(largest, 0);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        EXPECT_NEAR(left[i], expected[i], 1e-11 * largest);
     }
 }
 

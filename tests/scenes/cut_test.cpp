@@ -90,16 +90,23 @@ TEST(CutSchedule, bites_once_a_step_at_most) {
     EXPECT_EQ(bitten, (std::vector<std::size_t>{1, 1, 2, 1, 1}));
 }
 
+/// A rough wall that the bar leans on, where the knife goes through.
+const char* const kWall = "[[obstacle]]\nplane = {point = [0.001, 0, 0], normal = [1, 0, 0]}\nfriction = 0.3\n";
+
 TEST(CutScene, energy_leaves_with_the_cells) {
     for (const char* material :
          {"poisson_ratio = 0.45\n", "poisson_ratio = 0.1\n", "poisson_ratio = 0.3\nface_diagonal_ratio = 0\n",
-          "poisson_ratio = 0.25\n", "poisson_ratio = 0.4\nvolume_energy = \"none\"\n"}) {
-        Simulation simulation = make(bar("", material));
+          "poisson_ratio = 0.25\n", "poisson_ratio = 0.4\nvolume_energy = \"none\"\n",
+          "poisson_ratio = 0.4\nstiffening_quadratic = 1\nstiffening_cubic = 3\n"}) {
+        Simulation simulation = make(bar(kWall, material));
         simulation.step(200);
+        EXPECT_GT(simulation.energies().effects.at(0).stored, 0);
         const unsigned seed = std::random_device{}();
         SCOPED_TRACE(std::string(material) + "seed " + std::to_string(seed));
         std::mt19937 engine(seed);
-        const auto sum = [](const Energies& e) { return e.springs + e.volume + e.kinetic + e.external + e.removed; };
+        const auto sum = [](const Energies& e) {
+            return e.springs + e.volume + e.kinetic + e.external + e.removed + e.effects.at(0).stored;
+        };
         for (int bite = 0; bite < 6; ++bite) {
             const Energies before = simulation.energies();
             std::vector<std::uint32_t> cells = {191}; // a corner with its loads
@@ -144,8 +151,8 @@ const char* const kKnife = "[[cut]]\nat = 0.3\nuntil = 0.8\nevery = 0.05\nveloci
 TEST(CutScene, survives_a_restart) {
     const test::TemporaryDirectory directory;
     const std::string file = directory.path() / "checkpoint";
-    const Scene scene = parse_scene(bar(kKnife), "s.toml");
-    for (const char* layout : {"flat-rows", "active-rows"}) {
+    for (const auto& [layout, wall] : {std::pair{"flat-rows", ""}, {"active-rows", ""}, {"flat-rows", kWall}}) {
+        const Scene scene = parse_scene(bar(std::string(kKnife) + wall), "s.toml");
         SimulationOptions options;
         options.plan.layout = layout;
         Simulation whole(scene, options);
@@ -162,6 +169,12 @@ TEST(CutScene, survives_a_restart) {
             if (!part.interrupted) {
                 EXPECT_EQ(part.energies.removed, end.energies.removed);
                 EXPECT_EQ(part.energies.springs, end.energies.springs);
+                EXPECT_EQ(part.energies.effects.size(), *wall ? 1u : 0u);
+                for (std::size_t e = 0; e < part.energies.effects.size(); ++e) {
+                    EXPECT_GT(end.energies.effects[e].dissipated, 0);
+                    EXPECT_EQ(part.energies.effects[e].stored, end.energies.effects[e].stored);
+                    EXPECT_EQ(part.energies.effects[e].dissipated, end.energies.effects[e].dissipated);
+                }
                 EXPECT_EQ(part.removed_cells, end.removed_cells);
                 EXPECT_EQ(part.probes.at(0).force, end.probes.at(0).force);
                 break;

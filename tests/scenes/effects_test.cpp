@@ -9,6 +9,12 @@
 namespace hybmss {
 namespace {
 
+/// J, by the one effect that counts any.
+double dissipated(const Energies& energies) {
+    EXPECT_LE(energies.effects.size(), 1U);
+    return energies.effects.empty() ? 0 : energies.effects[0].dissipated;
+}
+
 /// A free body, without damping, as small_scene().
 Scene free_scene() {
     std::string text = test::small_scene();
@@ -40,7 +46,7 @@ TEST(MassDamping, free_fall_ends_at_the_terminal_velocity) {
         EXPECT_NEAR(mean_velocity(simulation), terminal * (1 - std::pow(decay, 20)), 1e-6);
         simulation.step(400);
         EXPECT_NEAR(mean_velocity(simulation), terminal, 1e-5);
-        EXPECT_NEAR(simulation.energies().dissipated, 0, 1e-6 * simulation.energies().kinetic);
+        EXPECT_NEAR(dissipated(simulation.energies()), 0, 1e-6 * simulation.energies().kinetic);
     }
 }
 
@@ -49,27 +55,28 @@ TEST(MassDamping, free_fall_ends_at_the_terminal_velocity) {
 TEST(StiffnessDamping, takes_out_what_swings) {
     Scene scene = parse_scene(test::small_scene("mass = 3", "stiffness = 2e-2"), "s.toml");
     scene.moves[0].over = 0;
-    scene.solver.duration = 30;
-    scene.solver.tolerance = 1e-6;
+    scene.solver.duration = 60;
+    scene.solver.tolerance = 1e-5;
+    scene.solver.time_step = Simulation(scene).time_step() / 8; // velocities are those of half a step before
     scene.output = {};
     Simulation simulation(scene);
     const Energies before = simulation.energies();
     const Summary summary = simulation.run();
     EXPECT_TRUE(summary.converged) << summary.failure;
-    EXPECT_GT(summary.energies.dissipated, 0);
+    EXPECT_GT(dissipated(summary.energies), 0);
     // At rest the damping exerts nothing: the equilibrium is the undamped one.
     scene.solver.method = SolverMethod::static_equilibrium;
     scene.solver.tolerance = 1e-9;
     Simulation still(scene);
     const Summary at_rest = still.run();
     ASSERT_TRUE(at_rest.converged) << at_rest.failure;
-    EXPECT_EQ(at_rest.energies.dissipated, 0);
+    EXPECT_EQ(dissipated(at_rest.energies), 0);
     EXPECT_NEAR(summary.probes.at(0).force[1], at_rest.probes.at(0).force[1],
                 1e-4 * std::abs(at_rest.probes.at(0).force[1]));
     // The plate stood still while the body swung: nobody worked on it, so the start's energy went into rest and heat.
     const double start = before.springs + before.volume + before.kinetic;
     const double end = summary.energies.springs + summary.energies.volume + summary.energies.kinetic;
-    EXPECT_NEAR(end + summary.energies.dissipated, start, 2e-2 * start);
+    EXPECT_NEAR(end + dissipated(summary.energies), start, 2e-2 * start);
 }
 
 TEST(StiffnessDamping, shortens_the_stable_step) {
@@ -137,7 +144,11 @@ TEST(EffectList, every_effect_can_be_added_and_taken_out) {
         scene.solver.method = SolverMethod::static_equilibrium;
         EXPECT_EQ(effect.in(scene), effect.in_static) << effect.name;
         if (!effect.in_static) {
-            EXPECT_EQ(effect.reason(Simulation(scene)), "static: nothing moves");
+            try {
+                EXPECT_EQ(effect.reason(Simulation(scene)), "static: nothing moves");
+            } catch (const SceneError&) { // rather than left out
+                EXPECT_TRUE(effect.name == "cutting" || effect.name == "contact");
+            }
         }
     }
 }

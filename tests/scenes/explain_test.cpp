@@ -3,6 +3,9 @@
 #include "hybmss/version.hpp"
 #include "tests/scenes/program.hpp"
 
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <cstdio>
 
 namespace hybmss {
@@ -54,7 +57,7 @@ TEST(Explain, forced_choices_are_told) {
 TEST(Explain, tells_what_each_effect_takes) {
     test::TemporaryDirectory directory;
     test::write_text(directory.path() / "s.toml", test::small_scene("mass = 3", "mass = 3\nstiffness = 1e-4"));
-    const test::ProgramResult result = test::run_program("explain s.toml --threads 1", directory.path());
+    const test::ProgramResult result = test::run_program("explain s.toml --threads 1 --json e.json", directory.path());
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     const std::size_t at = result.output.find("\n  stiffness damping ");
     ASSERT_NE(at, std::string::npos) << result.output;
@@ -66,6 +69,22 @@ TEST(Explain, tells_what_each_effect_takes) {
     EXPECT_GE(bytes, 60 * 3 * 8); // a vector a node
     EXPECT_TRUE(holds(line, "0.0001 s; spring_pass<damping>, kick")) << line;
     EXPECT_TRUE(holds(result.output, "no material.stiffening_quadratic")) << result.output;
+
+    const auto json = nlohmann::json::parse(test::read_text(directory.path() / "e.json"));
+    EXPECT_EQ(json.at("plan").at("threads"), 1);
+    std::size_t in = 0;
+    for (const auto& effect : json.at("effects")) {
+        EXPECT_FALSE(effect.at("why").get<std::string>().empty());
+        if (effect.at("name") == "stiffness damping") {
+            EXPECT_EQ(effect.at("bytes"), bytes);
+            EXPECT_TRUE(effect.at("ns_per_cell_step").is_number());
+        }
+        in += effect.at("in").get<bool>();
+    }
+    EXPECT_EQ(in, static_cast<std::size_t>(std::count(
+                      result.output.begin(),
+                      result.output.begin() + static_cast<std::ptrdiff_t>(result.output.find("effects out")), '\n')) -
+                      2);
 
     test::write_text(directory.path() / "t.toml",
                      test::small_scene("method = \"symplectic-euler\"", "method = \"static\""));
