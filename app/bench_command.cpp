@@ -3,11 +3,12 @@
 #include "bench/batch_benchmark.hpp"
 #include "bench/cutting_benchmark.hpp"
 #include "bench/digit_benchmark.hpp"
-#include "bench/embedding_benchmark.hpp"
 #include "bench/effects_benchmark.hpp"
+#include "bench/embedding_benchmark.hpp"
 #include "bench/hessian_benchmark.hpp"
 #include "bench/limits_benchmark.hpp"
 #include "bench/memory_table.hpp"
+#include "bench/ratio_benchmark.hpp"
 #include "bench/scaling_benchmark.hpp"
 #include "bench/solver_benchmark.hpp"
 #include "bench/step_benchmark.hpp"
@@ -26,7 +27,7 @@ struct BenchArguments {
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
-    bool solvers = false, cutting = false, digits = false, embedding = false, effects = false;
+    bool solvers = false, cutting = false, digits = false, effects = false, ratios = false, embedding = false;
 };
 
 /// What is measured, and the words above its table.
@@ -73,6 +74,9 @@ Selection select(const BenchArguments& arguments) {
         choices.layouts = layouts(arguments, {"flat-rows", "active-rows"});
         return {bench::cutting_benchmark(choices), bench::kCuttingIntroduction};
     }
+    if (arguments.ratios) {
+        return {bench::ratio_benchmark(choices, arguments.seconds), bench::kRatioIntroduction};
+    }
     if (arguments.digits) {
         return {bench::digit_benchmark(choices.instruction_sets, arguments.seconds), bench::kDigitIntroduction};
     }
@@ -115,44 +119,24 @@ void add_bench_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("bench", "measure the explicit step against the scalar yardstick");
     command->add_option("--json", arguments->json, "also write Google Benchmark's JSON to this file");
     command->add_flag("--quick", arguments->quick, "two meshes and two models only");
-    auto* limits = command->add_flag("--limits", arguments->limits,
-                                     "instead: what the machine can do, and how much of it the lattice step takes");
-    auto* scaling = command->add_flag("--scaling", arguments->scaling, "instead: cubes of 10^3 to 128^3 cells");
-    auto* memory = command->add_flag("--memory", arguments->memory, "instead: bytes per node and cell; times nothing");
-    auto* batch = command->add_flag("--batch", arguments->batch, "instead: 64 small bodies stepped side by side");
-    auto* hessian = command->add_flag("--hessian", arguments->hessian,
-                                      "instead: second derivatives times a vector, against the step");
-    auto* cutting = command->add_flag("--cutting", arguments->cutting, "instead: cells removed from moving bodies");
-    cutting->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch)->excludes(hessian);
-    auto* digits = command->add_flag("--digits", arguments->digits,
-                                     "instead: springs by displacements and positions, by estimated and exact roots: "
-                                     "error and time");
-    digits->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch)->excludes(hessian)->excludes(
-        cutting);
-    auto* embedding = command->add_flag("--embedding", arguments->embedding,
-                                        "instead: calls in C, and over interleaved memory, against native ones");
-    command->add_flag("--solvers", arguments->solvers, "instead: preconditioners, and static solves beside CalculiX")
-        ->excludes(limits)
-        ->excludes(scaling)
-        ->excludes(memory)
-        ->excludes(batch)
-        ->excludes(hessian)
-        ->excludes(cutting)
-        ->excludes(digits)
-        ->excludes(embedding);
-    command->add_flag("--effects", arguments->effects, "instead: what each effect of a scene adds to the step");
-    embedding->excludes(limits)
-        ->excludes(scaling)
-        ->excludes(memory)
-        ->excludes(batch)
-        ->excludes(hessian)
-        ->excludes(cutting)
-        ->excludes(digits);
+    auto* instead = command->add_option_group("instead of the matrix", "at most one of:");
+    instead->require_option(0, 1);
+    auto* limits = instead->add_flag("--limits", arguments->limits,
+                                     "what the machine can do, and how much of it the lattice step takes");
+    instead->add_flag("--scaling", arguments->scaling, "cubes of 10^3 to 128^3 cells");
+    instead->add_flag("--memory", arguments->memory, "bytes per node and cell; times nothing");
+    instead->add_flag("--batch", arguments->batch, "64 small bodies stepped side by side");
+    instead->add_flag("--ratios", arguments->ratios,
+                      "models, numberings and fillings, each against another body in the same rounds");
+    instead->add_flag("--hessian", arguments->hessian, "second derivatives times a vector, against the step");
+    instead->add_flag("--solvers", arguments->solvers, "preconditioners, and static solves beside CalculiX");
+    instead->add_flag("--effects", arguments->effects, "what each effect of a scene adds to the step");
+    instead->add_flag("--cutting", arguments->cutting, "cells removed from moving bodies");
+    instead->add_flag("--embedding", arguments->embedding,
+                      "calls in C, and over interleaved memory, against native ones");
+    instead->add_flag("--digits", arguments->digits,
+                      "springs by displacements and positions, by estimated and exact roots: error and time");
     command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too; with --solvers: 64^3");
-    limits->excludes(scaling)->excludes(memory)->excludes(batch);
-    scaling->excludes(memory)->excludes(batch);
-    memory->excludes(batch);
-    hessian->excludes(limits)->excludes(scaling)->excludes(memory)->excludes(batch);
     command->add_option("--filter", arguments->filter, "only rows whose name matches this regular expression");
     command
         ->add_option("--isa", arguments->instruction_set, "sse2, avx2, avx512, neon, automatic, or all of this machine")

@@ -43,7 +43,7 @@ void print_candidates(const PlanDescription& plan) {
     }
     fmt::print("candidates\n");
     for (const CandidateFigure& figure : plan.candidates) {
-        fmt::print("  {:<40} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
+        fmt::print("  {:<52} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
                    figure.finalist ? "" : ", dropped early");
     }
 }
@@ -161,6 +161,7 @@ void explain(const ExplainArguments& arguments) {
     row("precision", plan.precision);
     row("threads", fmt::format("{}", plan.threads));
     row("tiles", fmt::format("{}", plan.tiles));
+    row("integration", plan.integration == Integration::fused ? "fused with the forces" : "in a pass of its own");
     row("bytes",
         fmt::format("{} in the plan, about {:.3g} in the whole run", plan.bytes, estimated_bytes(scene.body, options)));
     print_candidates(plan);

@@ -24,6 +24,7 @@ void PlanArguments::add_to(CLI::App& command, bool with_layout) {
         ->capture_default_str();
     command.add_option("--wisdom", wisdom_file,
                        "wisdom that --effort measure and stored read; default: where hybmss tune puts it");
+    add_tile_options(command, tile_nodes, integration);
     if (with_layout) {
         command.add_option("--layout", layout, "how the body lies in memory; default: the plan's choice");
     }
@@ -37,6 +38,8 @@ SimulationOptions PlanArguments::options() const {
     options.plan.threads = threads;
     require_lattice_layout("--layout", layout);
     options.plan.layout = layout;
+    options.plan.tile_nodes = tile_nodes;
+    options.plan.integration = parse_integration(integration);
     options.plan.effort = parse_effort(effort);
     if (options.plan.effort == Effort::estimate) {
         if (!wisdom_file.empty()) {
@@ -64,6 +67,16 @@ void PlanArguments::read_wisdom(Effort wanted) const {
         }
         std::fprintf(stderr, "hybmss: warning: %s; measuring instead\n", error.what());
     }
+}
+
+void add_tile_options(CLI::App& command, std::size_t& tile_nodes, std::string& integration) {
+    command.add_option("--tile-nodes", tile_nodes, "about how many nodes a tile has; 0: the body's own rule")
+        ->capture_default_str();
+    command
+        .add_option("--integration", integration,
+                    "fused (in the sweep that computes the forces), split (in a pass of its own) or automatic")
+        ->check(CLI::IsMember({"automatic", "fused", "split"}))
+        ->capture_default_str();
 }
 
 std::filesystem::path default_wisdom_file() {

@@ -1,12 +1,13 @@
 #pragma once
 
 /// \file
-/// The options that every command on a scene takes: --isa, --threads, --precision, --layout, --effort,
-/// --wisdom.
+/// The options that every command on a scene takes: --isa, --threads, --precision, --layout, --tile-nodes,
+/// --integration, --effort, --wisdom.
 
 #include "hybmss/simulation.hpp"
 #include "hybmss/wisdom.hpp"
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -20,6 +21,8 @@ namespace hybmss {
 struct PlanArguments {
     std::string instruction_set = "automatic", precision = "double", layout, effort = "estimate", wisdom_file;
     int threads = 0;
+    std::size_t tile_nodes = 0;
+    std::string integration = "automatic";
     std::shared_ptr<Wisdom> wisdom = std::make_shared<Wisdom>(); ///< what options() refers to
 
     void add_to(CLI::App& command, bool with_layout);
@@ -32,6 +35,9 @@ struct PlanArguments {
 private:
     void read_wisdom(Effort wanted) const;
 };
+
+/// --tile-nodes and --integration.
+void add_tile_options(CLI::App& command, std::size_t& tile_nodes, std::string& integration);
 
 /// Where wisdom is kept unless --wisdom says otherwise: $XDG_CACHE_HOME/hybmss/wisdom or ~/.cache/hybmss/wisdom. Throws
 /// std::invalid_argument where the environment names neither.

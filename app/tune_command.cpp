@@ -22,6 +22,8 @@ using namespace hybmss;
 struct TuneArguments {
     std::string scene, wisdom_file, instruction_set = "automatic", layout, precision = "both", operation = "step";
     int threads = 0;
+    std::size_t tile_nodes = 0;
+    std::string integration = "automatic";
     double seconds = 0.3;
     bool matrix = false, check = false;
 };
@@ -84,14 +86,13 @@ void write(const Wisdom& wisdom, const std::filesystem::path& file) {
 
 void print_candidates(const PlanDescription& plan) {
     for (const CandidateFigure& figure : plan.candidates) {
-        fmt::print("  {:<40} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
+        fmt::print("  {:<52} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
                    figure.finalist ? "" : ", dropped early");
     }
 }
 
 std::string chosen_name(const PlanDescription& plan) {
-    const PlanOptions& c = plan.choice;
-    return name(Candidate{c.layout, c.instruction_set, c.accuracy, c.threads});
+    return name(candidate_of(plan.choice));
 }
 
 /// How far a choice is from the best of all candidates, timed at length.
@@ -107,7 +108,7 @@ Checked check(const TuneRow& row, const PlanOptions& options, const std::string&
     fmt::print("  check: all candidates at length, on the whole body\n");
     Checked checked{row.name, chosen, figures.front().name, HUGE_VAL};
     for (const ExhaustiveFigure& figure : figures) {
-        fmt::print("  {:<40} {:8.3g} ns a cell and step, {:.3f} times the best{}\n", figure.name,
+        fmt::print("  {:<52} {:8.3g} ns a cell and step, {:.3f} times the best{}\n", figure.name,
                    figure.ns_per_cell_step, figure.ns_per_cell_step / best, figure.name == chosen ? " <- chosen" : "");
         if (figure.name == chosen) {
             checked.distance = figure.ns_per_cell_step / best - 1;
@@ -117,9 +118,9 @@ Checked check(const TuneRow& row, const PlanOptions& options, const std::string&
 }
 
 void print_checks(const std::vector<Checked>& checks) {
-    fmt::print("\n{:<32} {:<36} {:<36} {:>8}\n", "body", "chosen", "best at length", "slower");
+    fmt::print("\n{:<32} {:<48} {:<48} {:>8}\n", "body", "chosen", "best at length", "slower");
     for (const Checked& c : checks) {
-        fmt::print("{:<32} {:<36} {:<36} {:6.1f} %\n", c.row, c.chosen, c.best, 100 * c.distance);
+        fmt::print("{:<32} {:<48} {:<48} {:6.1f} %\n", c.row, c.chosen, c.best, 100 * c.distance);
     }
     const auto near = std::count_if(checks.begin(), checks.end(), [](const Checked& c) { return c.distance <= 0.05; });
     fmt::print("{} of {} choices within 5 % of the best\n", near, checks.size());
@@ -132,11 +133,13 @@ void tune(const TuneArguments& arguments) {
     require_lattice_layout("--layout", arguments.layout);
     options.layout = arguments.layout;
     options.threads = arguments.threads;
+    options.tile_nodes = arguments.tile_nodes;
+    options.integration = parse_integration(arguments.integration);
     options.effort = Effort::measure;
     options.measure_seconds = arguments.seconds;
 
     std::vector<TuneRow> rows = rows_of(arguments);
-    if (!options.layout.empty()) {
+    if (!options.layout.empty() || options.integration == Integration::fused) {
         std::erase_if(rows, [](const TuneRow& row) { return row.as_network; });
     }
     const std::filesystem::path file = file_of(arguments);
@@ -202,5 +205,6 @@ void add_tune_command(CLI::App& app) {
     command->add_option("--isa", arguments->instruction_set, "instruction set: automatic, sse2, avx2, avx512 or neon")
         ->capture_default_str();
     command->add_option("--layout", arguments->layout, "for lattices, this layout only");
+    add_tile_options(*command, arguments->tile_nodes, arguments->integration);
     command->callback([arguments] { tune(*arguments); });
 }

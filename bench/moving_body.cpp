@@ -16,6 +16,12 @@ std::vector<T> random_displacements(std::size_t nodes, double cell_size) {
 }
 
 template <class T>
+void disturb(ExplicitDynamics<T>& dynamics, double cell_size) {
+    std::vector<T> u = random_displacements<T>(dynamics.node_count(), cell_size);
+    dynamics.set_displacements(VectorField<T>::aos(u.data(), dynamics.node_count()));
+}
+
+template <class T>
 ExplicitDynamics<T> row_dynamics(const BenchRow& row) {
     const Lattice lattice = row_lattice(row);
     const Material material = row_material(row);
@@ -23,8 +29,7 @@ ExplicitDynamics<T> row_dynamics(const BenchRow& row) {
     ExplicitDynamics<T> dynamics = is_network(row)
                                        ? ExplicitDynamics<T>(Network::from_lattice(lattice, material), options)
                                        : ExplicitDynamics<T>(lattice, material, options);
-    std::vector<T> u = random_displacements<T>(dynamics.node_count(), lattice.cell_size());
-    dynamics.set_displacements(VectorField<T>::aos(u.data(), dynamics.node_count()));
+    disturb(dynamics, lattice.cell_size());
     return dynamics;
 }
 
@@ -61,6 +66,8 @@ Yardstick moving_yardstick(const Lattice& lattice, const Material& material) {
 
 template std::vector<float> random_displacements(std::size_t, double);
 template std::vector<double> random_displacements(std::size_t, double);
+template void disturb(ExplicitDynamics<float>&, double);
+template void disturb(ExplicitDynamics<double>&, double);
 template ExplicitDynamics<float> row_dynamics(const BenchRow&);
 template ExplicitDynamics<double> row_dynamics(const BenchRow&);
 template StepParameters gentle_steps(const ExplicitDynamics<float>&);

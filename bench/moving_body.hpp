@@ -16,6 +16,10 @@ namespace hybmss::bench {
 template <class T>
 std::vector<T> random_displacements(std::size_t nodes, double cell_size);
 
+/// Gives a body random displacements, so that it trembles.
+template <class T>
+void disturb(ExplicitDynamics<T>& dynamics, double cell_size);
+
 /// The row's body, trembling.
 template <class T>
 ExplicitDynamics<T> row_dynamics(const BenchRow& row);

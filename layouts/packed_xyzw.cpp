@@ -121,7 +121,7 @@ Runs<T, Source> make_runs(const Source& source, const TiledItems& tiled, const C
 } // namespace
 
 template <class T>
-PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes)
+PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, std::size_t tile_nodes_wanted)
     : masses(network.masses), node_count(network.masses.size()), spring_count(network.springs.size()),
       cell_count(network.cells.size()) {
     if (!well_ordered(network)) {
@@ -133,7 +133,8 @@ PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes)
     }
     const SpringSource<T> spring_source(network, place);
     const CellSource<T> cell_source(network, place);
-    const std::size_t tile_nodes = nodes_per_tile(node_count);
+    const std::size_t tile_nodes =
+        tile_nodes_wanted ? padded(std::min(tile_nodes_wanted, node_count)) : nodes_per_tile(node_count);
     const std::size_t tile_count = (node_count + tile_nodes - 1) / tile_nodes;
     const TiledItems tiled_springs = tile_items(spring_source.nodes(), 2, tile_nodes, tile_count);
     const TiledItems tiled_cells = tile_items(cell_source.nodes(), 8, tile_nodes, tile_count);

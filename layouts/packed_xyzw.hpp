@@ -40,7 +40,8 @@ namespace hybmss {
 template <class T>
 struct PackedXyzw {
     /// \param vector_lanes of the kernels that will read it; it decides the order of a run's lanes (lane_of_row)
-    explicit PackedXyzw(const Network& network, int vector_lanes = 1);
+    /// \param tile_nodes about how many nodes a tile owns; 0: what suits the network
+    explicit PackedXyzw(const Network& network, int vector_lanes = 1, std::size_t tile_nodes = 0);
 
     /// order[i] is the caller's node at place i; empty where the order is the caller's.
     std::vector<std::uint32_t> order;

@@ -15,14 +15,11 @@ public:
     GatherBody(const Lattice& lattice, const Material& material, const PlanOptions& options);
 
     PlanDescription describe() const override;
-    State<T> make_state(bool moving) const override;
     void compute_forces(State<T>& state) const override;
     std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
     Stage gathering(State<T>& state) const;
-    /// Node plane k with its forces.
-    kernels::LatticeLayer<T> plane_at(State<T>& state, std::size_t k) const;
 };
 
 extern template class GatherBody<float>;

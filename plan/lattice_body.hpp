@@ -58,7 +58,11 @@ protected:
     Accuracy accuracy() const { return accuracy_; }
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
+    /// Node plane k with its forces in `partial`.
+    Layer plane_at(State<T>& state, std::size_t k) const;
     void allocate_forces(State<T>& state) const;
+    /// Integrates all nodes by the forces in the state.
+    Stage integration(State<T>& state, const StepParameters& parameters) const;
     kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
 
 private:
@@ -101,6 +105,7 @@ private:
     Accuracy accuracy_;
     std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
     FrequencyBounds frequencies_;
+    bool split_; ///< whether nodes are integrated in a pass of its own
     std::size_t springs_, cells_;
 };
 

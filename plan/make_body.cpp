@@ -1,4 +1,5 @@
 #include "layouts/active_rows.hpp"
+#include "plan/candidates.hpp"
 #include "plan/gather_body.hpp"
 #include "plan/lattice_body.hpp"
 #include "plan/network_body.hpp"
@@ -23,6 +24,14 @@ constexpr const char* kAos = "aos";
         allowed += (allowed.empty() ? "" : ", ") + name;
     }
     throw std::invalid_argument("layout \"" + given + "\" is not known for this body: it must be one of " + allowed);
+}
+
+/// Names that are not known are refused elsewhere.
+void require_fusing(const PlanOptions& options, const std::string& layout) {
+    if (options.integration == Integration::fused && !can_fuse(layout)) {
+        throw std::invalid_argument("integration = fused is not allowed in the layout " + layout +
+                                    ": only flat-rows and active-rows can; it must be automatic or split");
+    }
 }
 
 /// "": packed-xyzw, which no other layout has beaten on any network measured.
@@ -52,6 +61,7 @@ std::unique_ptr<Body<T>> stiffened(std::unique_ptr<Body<T>> body, const SpringSt
 template <class T>
 std::unique_ptr<Body<T>> plain_body(const Lattice& lattice, const Material& material, const PlanOptions& options) {
     const std::string layout = options.layout.empty() ? estimated_layout(lattice) : options.layout;
+    require_fusing(options, layout);
     if (layout == kFlatRows || layout == kActiveRows) {
         return std::make_unique<LatticeBody<T>>(lattice, material, options, layout);
     }
@@ -75,6 +85,13 @@ std::vector<std::string> lattice_layouts() {
 }
 std::vector<std::string> network_layouts() {
     return {kPackedXyzw, kColouredSoa, kAos};
+}
+
+bool has_tiles(const std::string& layout) {
+    return layout == kFlatRows || layout == kActiveRows || layout == kNetwork || layout == kPackedXyzw;
+}
+bool can_fuse(const std::string& layout) {
+    return layout == kFlatRows || layout == kActiveRows;
 }
 
 std::vector<std::string> distinct_lattice_layouts() {
@@ -101,6 +118,7 @@ std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& mater
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& options) {
     validate(network);
+    require_fusing(options, options.layout.empty() ? kPackedXyzw : options.layout);
     return stiffened(network_body<T>(network, options, options.layout), network.stiffening);
 }
 

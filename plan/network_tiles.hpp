@@ -46,8 +46,8 @@ struct NetworkTiles<PackedXyzw<T>> {
     static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.packed; }
     static const auto& own(const PackedNetworkHessian<T>& kernels) { return *kernels.packed; }
 
-    static PackedXyzw<T> layout(const Network& network, const kernels::KernelTable<T>& table) {
-        return PackedXyzw<T>(network, table.runs->vector_lanes);
+    static PackedXyzw<T> layout(const Network& network, const kernels::KernelTable<T>& table, std::size_t tile_nodes) {
+        return PackedXyzw<T>(network, table.runs->vector_lanes, tile_nodes);
     }
     static kernels::SpringRuns<T> spring_runs(const PackedXyzw<T>& layout) {
         return {layout.spring_runs.data(), layout.spring_run_shapes.data(), layout.stiffnesses.data()};
@@ -77,7 +77,7 @@ struct NetworkTiles<ArrayOfStructs<T>> {
     static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
     static const auto& own(const PackedNetworkHessian<T>& kernels) { return *kernels.records; }
 
-    static ArrayOfStructs<T> layout(const Network& network, const kernels::KernelTable<T>&) {
+    static ArrayOfStructs<T> layout(const Network& network, const kernels::KernelTable<T>&, std::size_t) {
         return ArrayOfStructs<T>(network);
     }
     static void add_forces(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,

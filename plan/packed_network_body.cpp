@@ -33,7 +33,8 @@ PackedNetworkBody<T, Layout>::PackedNetworkBody(const Network& network, const Pl
                       options.task_runner)),
       choice_{&kernels::kernel_table<T>(resolve(options.instruction_set)), options.accuracy,
               network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)},
-      layout_(NetworkTiles<Layout>::layout(network, *choice_.table)), run_{0, 0, layout_.node_count},
+      layout_(NetworkTiles<Layout>::layout(network, *choice_.table, options.tile_nodes)), run_{0, 0,
+                                                                                               layout_.node_count},
       frequencies_(network_frequencies(network)) {}
 
 template <class T, class Layout>

@@ -68,6 +68,7 @@ std::string to_string(const PlanDescription& d) {
          << "precision        " << d.precision << "\n"
          << "threads          " << d.threads << "\n"
          << "tiles            " << d.tiles << "\n"
+         << "integration      " << name(d.integration) << "\n"
          << "nodes            " << d.nodes << "\n"
          << "springs          " << d.springs << "\n"
          << "cells            " << d.cells << "\n"
@@ -87,27 +88,46 @@ constexpr std::pair<Effort, std::string_view> kEfforts[] = {{Effort::estimate, "
                                                             {Effort::measure, "measure"},
                                                             {Effort::stored, "stored"},
                                                             {Effort::random, "random"}};
+constexpr std::pair<Integration, std::string_view> kIntegrations[] = {
+    {Integration::automatic, "automatic"}, {Integration::fused, "fused"}, {Integration::split, "split"}};
 
-} // namespace
-
-std::string_view name(Effort effort) {
-    for (const auto& [known, text] : kEfforts) {
-        if (known == effort) {
+template <class Value, std::size_t count>
+std::string_view name_in(const std::pair<Value, std::string_view> (&list)[count], Value value) {
+    for (const auto& [known, text] : list) {
+        if (known == value) {
             return text;
         }
     }
     return "unknown";
 }
 
-Effort parse_effort(std::string_view text) {
+template <class Value, std::size_t count>
+Value parse_in(const std::pair<Value, std::string_view> (&list)[count], const char* what, std::string_view text) {
     std::string allowed;
-    for (const auto& [effort, known] : kEfforts) {
+    for (const auto& [value, known] : list) {
         if (known == text) {
-            return effort;
+            return value;
         }
         allowed += (allowed.empty() ? "" : ", ") + std::string(known);
     }
-    throw std::invalid_argument("effort \"" + std::string(text) + "\" is not known: it must be one of " + allowed);
+    throw std::invalid_argument(std::string(what) + " \"" + std::string(text) + "\" is not known: it must be one of " +
+                                allowed);
+}
+
+} // namespace
+
+std::string_view name(Effort effort) {
+    return name_in(kEfforts, effort);
+}
+Effort parse_effort(std::string_view text) {
+    return parse_in(kEfforts, "effort", text);
+}
+
+std::string_view name(Integration integration) {
+    return name_in(kIntegrations, integration);
+}
+Integration parse_integration(std::string_view text) {
+    return parse_in(kIntegrations, "integration", text);
 }
 
 } // namespace hybmss

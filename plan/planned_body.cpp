@@ -54,11 +54,12 @@ class Planner {
 public:
     Planner(const TunerSubject<T>& subject, const PlanOptions& options, Operation operation)
         : subject_(subject), options_(options), operation_(operation),
-          candidates_(candidates(subject.layouts, options, subject.nodes)),
+          candidates_(candidates(subject.layouts, options, subject.nodes, operation)),
           key_((operation == Operation::step ? "step " : "forces ") + subject.body_class + " " + wish_class(options)) {}
 
     PlannedBody<T> measured() {
         check_seconds(options_.measure_seconds);
+        require_candidates();
         if (const std::optional<WisdomEntry> entry = known()) {
             return make(entry->choice, "wisdom for this class of body: " + comparison(*entry, candidates_.front()),
                         entry->figures);
@@ -67,7 +68,7 @@ public:
             return make(candidates_.front(), "the options leave this candidate alone", {});
         }
         const auto start = std::chrono::steady_clock::now();
-        WisdomEntry entry = measure(subject_, candidates_, operation_, options_.measure_seconds);
+        WisdomEntry entry = measure(subject_, candidates_, options_, operation_);
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         char text[96];
         std::snprintf(text, sizeof text, "measured now (%zu candidates, %.2g s): ", candidates_.size(), seconds);
@@ -83,6 +84,7 @@ public:
             throw std::invalid_argument("effort = stored is not allowed without wisdom: name some, or take another "
                                         "effort (estimate, measure)");
         }
+        require_candidates();
         const std::optional<WisdomEntry> entry = known();
         if (!entry) {
             throw std::invalid_argument("effort = stored: none of the " + std::to_string(options_.wisdom->entries()) +
@@ -94,6 +96,7 @@ public:
     }
 
     PlannedBody<T> random() const {
+        require_candidates();
         std::mt19937 engine(options_.random_seed);
         const std::size_t pick = engine() % candidates_.size();
         return make(candidates_[pick],
@@ -103,8 +106,16 @@ public:
     }
 
 private:
+    /// Only fused steps of a network leave nothing.
+    void require_candidates() const {
+        if (candidates_.empty()) {
+            throw std::invalid_argument("integration = fused is not allowed for this body and layout: only flat-rows "
+                                        "and active-rows can; it must be automatic or split");
+        }
+    }
+
     /// What the wisdom says, if it is a candidate: wisdom is not trusted to name what the options rule out. Threads are
-    /// cut to those of use: bodies of one class differ a little in size.
+    /// cut to those of use, and any size of tiles will do: bodies of one class differ a little in size.
     std::optional<WisdomEntry> known() const {
         if (!options_.wisdom) {
             return std::nullopt;
@@ -112,9 +123,12 @@ private:
         std::optional<WisdomEntry> entry = WisdomStore::find(*options_.wisdom, key_);
         const Candidate* fitting = nullptr;
         for (const Candidate& candidate : candidates_) {
-            Candidate same_threads = candidate;
-            same_threads.threads = entry ? entry->choice.threads : 0;
-            if (entry && same_threads == entry->choice && candidate.threads <= entry->choice.threads &&
+            Candidate alike = candidate;
+            alike.threads = entry ? entry->choice.threads : 0;
+            if (entry && options_.tile_nodes == 0 && has_tiles(candidate.layout)) {
+                alike.tile_nodes = entry->choice.tile_nodes;
+            }
+            if (entry && alike == entry->choice && candidate.threads <= entry->choice.threads &&
                 (!fitting || fitting->threads < candidate.threads)) {
                 fitting = &candidate;
             }
@@ -122,7 +136,7 @@ private:
         if (!fitting) {
             return std::nullopt;
         }
-        entry->choice = *fitting;
+        entry->choice.threads = fitting->threads; // all else is alike
         return entry;
     }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <random>
 
 namespace hybmss {
@@ -15,7 +16,8 @@ constexpr std::size_t kSieveNodes = 8192; // 20^3
 constexpr double kScratchBytes = 512e6;
 constexpr double kSieveBehind = 1.5;
 constexpr double kSieveShare = 0.3; // of the time
-constexpr double kSlice = 5e-3;     // s
+constexpr double kVariantsShare = 0.25;
+constexpr double kSlice = 5e-3; // s
 
 /// A candidate's body, with a state of its own and what a caller would bring.
 template <class T>
@@ -125,6 +127,16 @@ void append_figures(const Heat<T>& heat, std::size_t cells, bool last, std::vect
     }
 }
 
+/// Figures of the last heats: one of the same candidate on a larger piece, or later, replaces the one before.
+template <class T>
+void replace_figures(const Heat<T>& heat, std::size_t cells, std::vector<CandidateFigure>& figures) {
+    std::erase_if(figures, [&](const CandidateFigure& figure) {
+        return std::any_of(heat.candidates.begin(), heat.candidates.end(),
+                           [&](const Candidate& candidate) { return name(candidate) == figure.name; });
+    });
+    append_figures(heat, cells, true, figures);
+}
+
 bool same_kernel(const Candidate& a, const Candidate& b) {
     return a.layout == b.layout && a.instruction_set == b.instruction_set && a.accuracy == b.accuracy;
 }
@@ -132,14 +144,18 @@ bool same_kernel(const Candidate& a, const Candidate& b) {
 } // namespace
 
 template <class T>
-WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates, Operation operation,
-                    double seconds) {
+WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates,
+                    const PlanOptions& options, Operation operation) {
     WisdomEntry entry;
-    std::vector<Candidate> left = candidates;
+    const double variants_seconds = kVariantsShare * options.measure_seconds;
+    double seconds = options.measure_seconds - variants_seconds;
+    std::vector<Candidate> left;
+    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(left),
+                 [&](const Candidate& candidate) { return is_plain(candidate, options); });
     std::size_t sample_nodes = kTunerSampleNodes;
     if (subject.nodes > kSieveNodes) {
         std::vector<Candidate> single;
-        for (Candidate candidate : candidates) {
+        for (Candidate candidate : left) {
             candidate.threads = 1;
             if (std::find(single.begin(), single.end(), candidate) == single.end()) {
                 single.push_back(candidate);
@@ -166,20 +182,26 @@ WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>
     const bool whole = subject.nodes <= sample_nodes;
     const TunerSubject<T> piece = whole ? subject : subject.sample(sample_nodes);
     const Heat<T> heat = run_heat(piece, left, operation, seconds);
-    // A second figure of the same candidate, on the larger piece, replaces the first.
-    std::erase_if(entry.figures, [&](const CandidateFigure& figure) {
-        return std::any_of(heat.candidates.begin(), heat.candidates.end(),
-                           [&](const Candidate& candidate) { return name(candidate) == figure.name; });
+    replace_figures(heat, piece.cells, entry.figures);
+    entry.choice = choose(heat);
+
+    std::vector<Candidate> variants = {entry.choice}; // first: what ties with it does not replace it
+    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(variants), [&](const Candidate& candidate) {
+        return same_kernel(candidate, entry.choice) && candidate.threads == entry.choice.threads &&
+               candidate != entry.choice;
     });
-    append_figures(heat, piece.cells, true, entry.figures);
+    if (variants.size() > 1) {
+        const Heat<T> last = run_heat(piece, variants, operation, variants_seconds);
+        replace_figures(last, piece.cells, entry.figures);
+        entry.choice = choose(last);
+    }
     std::stable_sort(entry.figures.begin(), entry.figures.end(), [](const auto& a, const auto& b) {
         return a.finalist != b.finalist ? a.finalist : a.ns_per_cell_step < b.ns_per_cell_step;
     });
-    entry.choice = choose(heat);
     return entry;
 }
 
-template WisdomEntry measure(const TunerSubject<float>&, const std::vector<Candidate>&, Operation, double);
-template WisdomEntry measure(const TunerSubject<double>&, const std::vector<Candidate>&, Operation, double);
+template WisdomEntry measure(const TunerSubject<float>&, const std::vector<Candidate>&, const PlanOptions&, Operation);
+template WisdomEntry measure(const TunerSubject<double>&, const std::vector<Candidate>&, const PlanOptions&, Operation);
 
 } // namespace hybmss

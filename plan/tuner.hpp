@@ -12,8 +12,12 @@ namespace hybmss {
 /// A large body is timed in two rounds: layouts, instruction sets and accuracies with one thread on a small piece, then
 /// what is at most 1.5 times behind there, with all thread counts, on a piece that still fits into memory many times.
 /// So neither a layout that has no chance nor a candidate of a huge body is ever built in full.
+///
+/// Tiles and integration change a time by some per cent, where layouts change it by half. So they do not multiply the
+/// candidates of these rounds: what wins there is timed at last against itself with other tiles, and with the
+/// integration split off.
 template <class T>
-WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates, Operation operation,
-                    double seconds);
+WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates,
+                    const PlanOptions& options, Operation operation);
 
 } // namespace hybmss

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "plan/body.hpp"
+#include "plan/operation.hpp"
 
 #include <functional>
 #include <memory>
@@ -8,12 +9,6 @@
 #include <vector>
 
 namespace hybmss {
-
-/// What a plan is for: it is what gets timed.
-enum class Operation {
-    step,  ///< ExplicitDynamics::step
-    forces ///< ForcePlan::add_forces
-};
 
 /// A body that plans are wanted for, lattice or network: what the tuner needs to know of it.
 template <class T>

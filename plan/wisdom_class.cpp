@@ -62,11 +62,18 @@ std::string body_class(const Network& network) {
 
 std::string wish_class(const PlanOptions& options) {
     const bool any_set = options.instruction_set == InstructionSet::automatic && !instruction_set_is_forced();
-    return "layout:" + (options.layout.empty() ? "any" : options.layout) +
-           " isa:" + (any_set ? "any" : std::string(name(resolve(options.instruction_set)))) +
-           " accuracy:" + (options.accuracy == Accuracy::fast ? "fast" : "exact") + " threads:" +
-           std::to_string(
-               useful_threads(options.threads, std::numeric_limits<std::size_t>::max(), options.task_runner));
+    std::string wish =
+        "layout:" + (options.layout.empty() ? "any" : options.layout) +
+        " isa:" + (any_set ? "any" : std::string(name(resolve(options.instruction_set)))) +
+        " accuracy:" + (options.accuracy == Accuracy::fast ? "fast" : "exact") + " threads:" +
+        std::to_string(useful_threads(options.threads, std::numeric_limits<std::size_t>::max(), options.task_runner));
+    if (options.tile_nodes) {
+        wish.append(" tile:").append(std::to_string(options.tile_nodes));
+    }
+    if (options.integration != Integration::automatic) {
+        wish.append(" ").append(name(options.integration));
+    }
+    return wish;
 }
 
 template std::string body_class<float>(const Lattice&, const Material&);

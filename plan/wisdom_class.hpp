@@ -23,7 +23,8 @@ std::string body_class(const Lattice& lattice, const Material& material);
 template <class T>
 std::string body_class(const Network& network);
 
-/// What the options leave open: "layout:any isa:any accuracy:fast threads:2". The other half of a wisdom entry's key:
+/// What the options leave open: "layout:any isa:any accuracy:fast threads:2", and " tile:4096" and " split" or " fused"
+/// where they say so. The other half of a wisdom entry's key:
 /// what is fastest of all says nothing of what is fastest with one thread.
 std::string wish_class(const PlanOptions& options);
 

@@ -12,7 +12,7 @@
 namespace hybmss {
 namespace {
 
-constexpr std::string_view kSchema = "1";
+constexpr std::string_view kSchema = "2";
 constexpr std::string_view kChecksum = "checksum = ";
 
 struct Line {
@@ -139,7 +139,7 @@ WisdomEntry parse_entry(Lines& lines) {
     const std::optional<Candidate> choice = parse_candidate(chosen);
     if (!choice) {
         lines.refuse("damaged: the choice \"" + Lines::shown(chosen) +
-                     "\" is not of the form LAYOUT/ISA/ACCURACY/threads:N");
+                     "\" is not of the form LAYOUT/ISA/ACCURACY/threads:N[/tile:NODES][/split]");
     }
     WisdomEntry entry{*choice, {}};
     const Lines at_choice = lines;

@@ -18,7 +18,8 @@ namespace hybmss {
 struct TaskRunner;
 class Wisdom;
 
-/// How a plan chooses among the layouts, instruction sets, accuracies and threads that the options leave open.
+/// How a plan chooses among the layouts, instruction sets, accuracies, threads, tiles and integrations that the options
+/// leave open.
 enum class Effort {
     estimate, ///< a fixed choice, nothing is timed; the same on every run
     measure,  ///< what the wisdom holds, else times the candidates; may differ from run to run
@@ -32,6 +33,19 @@ HYBMSS_EXPORT std::string_view name(Effort effort);
 /// The inverse of name(). Throws std::invalid_argument that lists the known names.
 HYBMSS_EXPORT Effort parse_effort(std::string_view text);
 
+/// Where a step moves the nodes on.
+enum class Integration {
+    automatic, ///< fused where the layout can
+    fused,     ///< in the sweep that computes the forces, as soon as it has passed them: flat-rows and active-rows
+    split      ///< in a pass of its own, after all forces are stored
+};
+
+/// "automatic", "fused" or "split".
+HYBMSS_EXPORT std::string_view name(Integration integration);
+
+/// The inverse of name(). Throws std::invalid_argument that lists the known names.
+HYBMSS_EXPORT Integration parse_integration(std::string_view text);
+
 struct PlanOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
     /// Name of a layout, "" for the plan's own choice. See lattice_layouts() and network_layouts(); for a lattice,
@@ -42,6 +56,12 @@ struct PlanOptions {
     /// Worker threads at most, >= 0; 0 for all of the machine. A small body takes fewer. The results do not depend on
     /// it.
     int threads = 0;
+    /// About how many nodes a tile has, the piece of a body that one thread works on at a time; 0 for the body's own
+    /// rule. Layouts without tiles (gather-rows, coloured-soa, aos) take no notice of it. It decides in which order
+    /// sums are made, so another size gives other last bits; threads give the same ones at every size.
+    std::size_t tile_nodes = 0;
+    /// Of steps alone. Results differ in their last bits.
+    Integration integration = Integration::automatic;
     Effort effort = Effort::estimate;
     /// Read by `stored` and `measure`; `measure` adds what it finds. Owned by the caller, used during construction
     /// only; null: none.
@@ -56,7 +76,7 @@ struct PlanOptions {
 
 /// What the tuner found of one candidate.
 struct CandidateFigure {
-    std::string name;            ///< layout/instruction set/accuracy/threads:N
+    std::string name;            ///< layout/instruction set/accuracy/threads:N, and /tile:NODES or /split where so
     double ns_per_cell_step = 0; ///< per node where the body has no cells
     bool finalist = false; ///< timed to the end on the full sample, not dropped early: its figure is the surer one
 };
@@ -70,8 +90,10 @@ struct PlanDescription {
     int threads = 1;
     std::size_t nodes = 0, springs = 0, cells = 0;
     std::size_t bytes = 0; ///< held by the plan itself, scratch included
-    std::size_t tiles = 0; ///< independent pieces of work; fixed by the body, not by the threads
-    PlanOptions choice;    ///< what makes this very plan again, with nothing left to choose; names no task runner
+    std::size_t tiles = 0; ///< independent pieces of work; fixed by the body and tile_nodes, not by the threads
+    Integration integration = Integration::split; ///< fused or split
+    PlanOptions choice; ///< what makes this very plan again, with nothing left to choose; names no
+                        ///< task runner
     Effort effort = Effort::estimate;
     std::string reason;                      ///< why this choice, in one line
     std::vector<CandidateFigure> candidates; ///< fastest first; empty where nothing was ever timed

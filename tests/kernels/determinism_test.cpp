@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <string>
 
 namespace hybmss {
@@ -71,6 +74,76 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfANetwork) {
                 const int expected = layout == "aos" ? 1 : threads; // one tile, for one thread
                 EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 100, expected), one) << layout << " " << threads;
             }
+        }
+    }
+}
+
+/// Tiles of any size, one or many, and either integration: the last bits are the choice's, whatever the threads.
+TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfAnyTilesAndIntegration) {
+    for (const std::string layout : {"flat-rows", "active-rows", "packed-xyzw"}) {
+        for (const std::size_t tile_nodes :
+             {std::size_t{0}, std::size_t{500}, std::size_t{4096}, std::size_t{1} << 18}) {
+            for (const Integration integration : {Integration::automatic, Integration::split}) {
+                PlanOptions options;
+                options.instruction_set = available_instruction_sets().back();
+                options.layout = layout;
+                options.tile_nodes = tile_nodes;
+                options.integration = integration;
+                options.threads = 1;
+                const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, 50, 1);
+                for (int threads : {2, 3}) {
+                    options.threads = threads;
+                    EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 50, threads), one)
+                        << layout << " tile " << tile_nodes << " " << name(integration) << " " << threads;
+                }
+            }
+        }
+    }
+}
+
+/// The same motion, up to rounding, in any tiles and by either integration.
+TYPED_TEST(Determinism, TilesAndIntegrationChangeRoundingAlone) {
+    const Lattice lattice = Lattice::box(13, 9, 11, 0.25);
+    Material material;
+    material.poisson_ratio = 0.4;
+    const auto motion = [&](const PlanOptions& options, std::size_t tiles) {
+        ExplicitDynamics<TypeParam> body(lattice, material, options);
+        if (tiles) {
+            EXPECT_EQ(body.describe().tiles, tiles);
+        }
+        const std::size_t n = body.node_count();
+        std::vector<TypeParam> u = testing::random_field<TypeParam>(n, 0.0125, 7);
+        body.set_displacements(VectorField<const TypeParam>::aos(u.data(), n));
+        body.step({0.5 * body.critical_time_step(), {0, -9.81, 0}, 0.3}, 40);
+        body.get_displacements(VectorField<TypeParam>::aos(u.data(), n));
+        return u;
+    };
+    PlanOptions options;
+    for (const std::string layout : {"flat-rows", "active-rows", "packed-xyzw"}) {
+        options = {};
+        options.layout = layout;
+        const std::vector<TypeParam> expected = motion(options, 0);
+        const auto expect_near = [&](std::size_t tiles) {
+            const std::vector<TypeParam> u = motion(options, tiles);
+            TypeParam difference = 0;
+            for (std::size_t i = 0; i < u.size(); ++i) {
+                difference = std::max(difference, std::abs(u[i] - expected[i]));
+            }
+            // Forty steps of roundings of a motion under gravity that starts at 0.0125 m, and doubles.
+            EXPECT_LT(difference, 0.025 * 1000 * std::numeric_limits<TypeParam>::epsilon())
+                << layout << " tile " << options.tile_nodes << " " << name(options.integration);
+        };
+        const bool rows = layout != "packed-xyzw";
+        options.tile_nodes = 1; // a slab a layer
+        expect_near(0);
+        options.tile_nodes = 1 << 18;
+        expect_near(1);
+        options.tile_nodes = 0;
+        if (rows) {
+            options.integration = Integration::split;
+            expect_near(0);
+            options.tile_nodes = 500;
+            expect_near(0);
         }
     }
 }

@@ -36,14 +36,19 @@ Material full_material() {
 // ---- candidates
 
 TEST(Candidates, NamesReadBack) {
-    for (const std::string text : {"flat-rows/avx512/fast/threads:1", "a/b/neon/exact/threads:64"}) {
+    for (const std::string text :
+         {"flat-rows/avx512/fast/threads:1", "a/b/neon/exact/threads:64", "a/sse2/fast/threads:2/tile:4096",
+          "a/avx2/exact/threads:1/split", "a/avx2/fast/threads:3/tile:1/split"}) {
         const auto candidate = parse_candidate(text);
         ASSERT_TRUE(candidate) << text;
         EXPECT_EQ(name(*candidate), text);
     }
-    for (const std::string text : {"", "flat-rows", "/avx2/fast/threads:1", "a/mmx/fast/threads:1",
-                                   "a/automatic/fast/threads:1", "a/avx2/slow/threads:1", "a/avx2/fast/threads:0",
-                                   "a/avx2/fast/threads:2x", "a/avx2/fast/2", "a/avx2/fast/threads:99999999999"}) {
+    for (const std::string text :
+         {"", "flat-rows", "/avx2/fast/threads:1", "a/mmx/fast/threads:1", "a/automatic/fast/threads:1",
+          "a/avx2/slow/threads:1", "a/avx2/fast/threads:0", "a/avx2/fast/threads:2x", "a/avx2/fast/2",
+          "a/avx2/fast/threads:99999999999", "a/avx2/fast/threads:1/tile:0", "a/avx2/fast/threads:1/tile:x",
+          "a/avx2/fast/threads:1/split/tile:8", "a/avx2/fast/tile:8", "a/avx2/fast/threads:1/fused", "split",
+          "tile:8"}) {
         EXPECT_FALSE(parse_candidate(text)) << text;
     }
 }
@@ -52,7 +57,8 @@ TEST(Candidates, TheFirstIsTheEstimate) {
     const Lattice lattice = Lattice::box(24, 20, 22, 0.1);
     PlanOptions options;
     options.threads = 3;
-    const Candidate first = candidates(lattice_layouts(), options, lattice.grid_node_count()).front();
+    const Candidate first =
+        candidates(lattice_layouts(), options, lattice.grid_node_count(), Operation::forces).front();
     const PlanDescription estimate = ForcePlan<float>(lattice, full_material(), options).describe();
     EXPECT_EQ(first.layout, estimate.layout);
     EXPECT_EQ(first.instruction_set, estimate.instruction_set);
@@ -66,9 +72,9 @@ TEST(Candidates, WhatTheCallerFixedStays) {
     PlanOptions options;
     options.threads = 2;
     const std::size_t sets = std::min<std::size_t>(2, available_instruction_sets().size());
-    EXPECT_EQ(candidates(layouts, options, kNodes).size(), 2 * sets * 2 * 2);
+    EXPECT_EQ(candidates(layouts, options, kNodes, Operation::step).size(), 2 * sets * 2 * 2);
     const auto all_have = [&](const auto& holds) {
-        const std::vector<Candidate> list = candidates(layouts, options, kNodes);
+        const std::vector<Candidate> list = candidates(layouts, options, kNodes, Operation::step);
         return !list.empty() && std::all_of(list.begin(), list.end(), holds);
     };
     options.layout = "b";
@@ -79,7 +85,7 @@ TEST(Candidates, WhatTheCallerFixedStays) {
     EXPECT_TRUE(all_have([](const Candidate& c) { return c.threads == 1; }));
     options.instruction_set = available_instruction_sets().front();
     EXPECT_TRUE(all_have([&](const Candidate& c) { return c.instruction_set == options.instruction_set; }));
-    EXPECT_EQ(candidates(layouts, options, kNodes).size(), 1u);
+    EXPECT_EQ(candidates(layouts, options, kNodes, Operation::step).size(), 1u);
 
     options = {};
     ASSERT_EQ(setenv("HYBMSS_ISA", std::string(name(available_instruction_sets().front())).c_str(), 1), 0);
@@ -87,6 +93,44 @@ TEST(Candidates, WhatTheCallerFixedStays) {
         all_have([](const Candidate& c) { return c.instruction_set == available_instruction_sets().front(); });
     ASSERT_EQ(unsetenv("HYBMSS_ISA"), 0);
     EXPECT_TRUE(forced);
+}
+
+TEST(Candidates, TilesAndIntegrationWhereALayoutHasThem) {
+    PlanOptions options;
+    options.threads = 2;
+    options.accuracy = Accuracy::exact;
+    options.instruction_set = available_instruction_sets().front();
+    const auto names = [&](std::size_t nodes, Operation operation) {
+        std::vector<std::string> texts;
+        for (const Candidate& c : candidates(lattice_layouts(), options, nodes, operation)) {
+            const std::string text = name(c);
+            texts.push_back(c.layout + text.substr(text.find("/threads")));
+        }
+        return texts;
+    };
+    options.layout = "flat-rows";
+    EXPECT_EQ(names(40000, Operation::step),
+              (std::vector<std::string>{"flat-rows/threads:2", "flat-rows/threads:2/tile:4096",
+                                        "flat-rows/threads:2/split", "flat-rows/threads:1",
+                                        "flat-rows/threads:1/tile:4096", "flat-rows/threads:1/tile:32768",
+                                        "flat-rows/threads:1/tile:262144", "flat-rows/threads:1/split"}));
+    // Forces alone integrate nothing; one tile is one tile, by whatever name.
+    EXPECT_EQ(names(2000, Operation::forces),
+              (std::vector<std::string>{"flat-rows/threads:1", "flat-rows/threads:1/tile:4096"}));
+    options.layout = "gather-rows";
+    EXPECT_EQ(names(2000, Operation::step), (std::vector<std::string>{"gather-rows/threads:1"}));
+    options.layout = "network";
+    EXPECT_EQ(names(2000, Operation::step),
+              (std::vector<std::string>{"network/threads:1", "network/threads:1/tile:4096"}));
+    // What the caller fixed, stays.
+    options.tile_nodes = 500;
+    options.integration = Integration::split;
+    options.layout = "active-rows";
+    EXPECT_EQ(names(2000, Operation::step), (std::vector<std::string>{"active-rows/threads:1/tile:500/split"}));
+    options.layout = "";
+    options.integration = Integration::fused;
+    EXPECT_EQ(names(2000, Operation::step),
+              (std::vector<std::string>{"flat-rows/threads:1/tile:500", "active-rows/threads:1/tile:500"}));
 }
 
 // ---- every candidate is right
@@ -113,17 +157,16 @@ void expect_all_candidates_right(const Lattice& lattice, bool as_network, const 
     options.threads = 2;
     std::set<std::string> left;
     for (const Candidate& c : candidates(as_network ? network_layouts() : lattice_layouts(), options,
-                                         as_network ? n : lattice.grid_node_count())) {
+                                         as_network ? n : lattice.grid_node_count(), Operation::forces)) {
         left.insert(name(c));
     }
     ASSERT_GE(left.size(), 2u);
-    for (options.random_seed = 1; !left.empty() && options.random_seed < 400; ++options.random_seed) {
+    for (options.random_seed = 1; !left.empty() && options.random_seed < 2000; ++options.random_seed) {
         const ForcePlan<T> plan =
             as_network ? ForcePlan<T>(network, options) : ForcePlan<T>(lattice, material, options);
         const PlanDescription d = plan.describe();
         EXPECT_EQ(d.effort, Effort::random);
-        const std::string picked =
-            name(Candidate{d.choice.layout, d.choice.instruction_set, d.choice.accuracy, d.choice.threads});
+        const std::string picked = name(candidate_of(d.choice));
         if (left.erase(picked) == 0) {
             continue;
         }
@@ -270,7 +313,13 @@ TEST(Efforts, MeasuringFillsWisdomThatStoredReads) {
     EXPECT_EQ(wisdom.entries(), 1u);
     EXPECT_EQ(measured.effort, Effort::measure);
     EXPECT_NE(measured.reason.find("measured now"), std::string::npos) << measured.reason;
-    EXPECT_EQ(measured.candidates.size(), candidates(lattice_layouts(), options, lattice.grid_node_count()).size());
+    // All as they stand, and the one that won with other tiles: one, for the body is small.
+    const std::vector<Candidate> all =
+        candidates(lattice_layouts(), options, lattice.grid_node_count(), Operation::forces);
+    const auto plain =
+        std::count_if(all.begin(), all.end(), [&](const Candidate& candidate) { return is_plain(candidate, options); });
+    EXPECT_EQ(measured.candidates.size(),
+              static_cast<std::size_t>(plain) + (has_tiles(measured.choice.layout) ? 1 : 0));
     for (const CandidateFigure& figure : measured.candidates) {
         EXPECT_GT(figure.ns_per_cell_step, 0) << figure.name;
     }
@@ -306,7 +355,9 @@ TEST(Efforts, MeasuringRespectsWhatIsFixed) {
     EXPECT_EQ(d.threads, 1);
     for (const CandidateFigure& figure : d.candidates) {
         EXPECT_TRUE(figure.name.starts_with("network/" + std::string(name(options.instruction_set)))) << figure.name;
-        EXPECT_TRUE(figure.name.ends_with("threads:1")) << figure.name;
+        EXPECT_NE(figure.name.find("/threads:1"), std::string::npos) << figure.name;
+        EXPECT_EQ(figure.name.find("/threads:1") + 10, std::min(figure.name.size(), figure.name.find("/tile:")))
+            << figure.name;
     }
 }
 
@@ -321,12 +372,15 @@ TEST(Efforts, ALargeBodyIsSievedFirst) {
         return std::count_if(d.candidates.begin(), d.candidates.end(),
                              [&](const CandidateFigure& figure) { return figure.name == text; });
     };
-    for (const Candidate& c : candidates(lattice_layouts(), options, lattice.grid_node_count())) {
+    for (const Candidate& c : candidates(lattice_layouts(), options, lattice.grid_node_count(), Operation::step)) {
         Candidate single = c;
         single.threads = 1;
+        if (!is_plain(c, options)) {
+            continue;
+        }
         EXPECT_EQ(find(name(single)), 1) << "timed at least on the small piece, and told once: " << name(single);
     }
-    EXPECT_EQ(find(name(Candidate{d.choice.layout, d.choice.instruction_set, d.choice.accuracy, d.choice.threads})), 1);
+    EXPECT_EQ(find(name(candidate_of(d.choice))), 1);
 }
 
 TEST(Efforts, WisdomThatNamesNoCandidateIsNotTrusted) {
@@ -350,6 +404,10 @@ TEST(Efforts, WisdomThatNamesNoCandidateIsNotTrusted) {
     const PlanDescription d = ExplicitDynamics<float>(lattice, full_material(), options).describe();
     EXPECT_EQ(d.choice.layout, "network");
     EXPECT_EQ(d.choice.accuracy, Accuracy::exact);
+    // Tiles of any size: which sizes are candidates depends on a body's nodes, not on its class.
+    entry.choice.tile_nodes = 1 << 20;
+    WisdomStore::put(wisdom, key, entry);
+    EXPECT_EQ(ExplicitDynamics<float>(lattice, full_material(), options).describe().choice.tile_nodes, 1u << 20);
     // More threads than are of use to this body are cut.
     entry.choice.threads = 7;
     WisdomStore::put(wisdom, key, entry);
@@ -375,6 +433,24 @@ TEST(Efforts, BadOptionsAreRefusedAtEveryEffort) {
     options.measure_seconds = -1;
     expect_refusal([&] { ForcePlan<float>(lattice, Material{}, options); },
                    {"measure_seconds = -1 is not allowed: it must be finite and above 0"});
+}
+
+TEST(Efforts, FusedStepsAreRefusedWhereALayoutHasNone) {
+    const Lattice lattice = Lattice::box(3, 3, 3, 0.1);
+    const Network network = Network::from_lattice(lattice, full_material());
+    PlanOptions options;
+    options.integration = Integration::fused;
+    EXPECT_EQ(ExplicitDynamics<float>(lattice, full_material(), options).describe().integration, Integration::fused);
+    for (const Effort effort : {Effort::estimate, Effort::measure, Effort::random}) {
+        options.effort = effort;
+        expect_refusal([&] { ExplicitDynamics<float>(network, options); }, {"integration = fused is not allowed"});
+        options.layout = "gather-rows";
+        expect_refusal([&] { ExplicitDynamics<float>(lattice, full_material(), options); },
+                       {"integration = fused is not allowed"});
+        options.layout = "";
+    }
+    expect_refusal([] { parse_integration("merged"); },
+                   {"integration \"merged\" is not known: it must be one of automatic, fused, split"});
 }
 
 TEST(Efforts, TheChoiceMakesTheSamePlanAgain) {

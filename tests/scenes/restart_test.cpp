@@ -84,12 +84,15 @@ struct Method {
     const char* solver;
     Precision precision;
     const char* layout;
+    std::size_t tile_nodes = 0;
+    Integration integration = Integration::automatic;
 };
 
 const Method kMethods[] = {
     {"Explicit", "duration = 1.1", Precision::float64, ""},
     {"ExplicitFloat", "duration = 1.1", Precision::float32, "active-rows"},
     {"ExplicitNetwork", "duration = 1.1", Precision::float32, "network"},
+    {"ExplicitTilesAndSplit", "duration = 1.1", Precision::float32, "flat-rows", 40, Integration::split},
     {"ExplicitSettled", "duration = 90\ntolerance = 0.1", Precision::float64, ""},
     {"Implicit", "duration = 0.5\nmethod = \"backward-euler\"", Precision::float64, ""},
     {"ImplicitMultigrid", "duration = 0.5\nmethod = \"backward-euler\"\npreconditioner = \"multigrid\"",
@@ -109,6 +112,8 @@ TEST_P(Restart, ends_with_the_same_bits) {
     SimulationOptions options;
     options.precision = GetParam().precision;
     options.plan.layout = GetParam().layout;
+    options.plan.tile_nodes = GetParam().tile_nodes;
+    options.plan.integration = GetParam().integration;
     const Outcome whole = run(scene, options, 0);
     ASSERT_GT(whole.outputs.size(), 2u);
     for (int every : {1, 3}) {
