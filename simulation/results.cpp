@@ -65,6 +65,24 @@ void append(std::string& row, const Vector3& values) {
     }
 }
 
+std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
+    const std::vector<RigidPose> poses = simulation.obstacle_poses();
+    std::vector<VtuObstacle> drawn;
+    for (std::size_t o = 0; o < poses.size(); ++o) {
+        const ObstacleShape& shape = simulation.scene().obstacles[o].shape;
+        Vector3 size{};
+        if (const auto* plane = std::get_if<PlaneShape>(&shape)) {
+            size = plane->normal;
+        } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+            size = {sphere->radius, 0, 0};
+        } else {
+            size = std::get<BoxShape>(shape).size;
+        }
+        drawn.push_back({static_cast<double>(shape.index()), size, poses[o].position, poses[o].rotation});
+    }
+    return drawn;
+}
+
 } // namespace
 
 Results::Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before)
@@ -129,12 +147,13 @@ void Results::record() {
             points[n][a] += u[n][a];
         }
     }
+    const std::vector<VtuObstacle> obstacles = drawn_obstacles(simulation_);
     if (cut_cells_ > 0) {
         auto cells = cells_;
         drop_bare_nodes(points, u, v, cells);
-        write_vtu(directory_ / name, {points, cells, u, v, ratios, labels});
+        write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, obstacles});
     } else {
-        write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels});
+        write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels, obstacles});
     }
     frames_.emplace_back(simulation_.time(), name);
 

@@ -60,6 +60,10 @@ Energies Simulation::energies() const {
 std::vector<ProbeReading> Simulation::probes() const {
     return implementation_->read_probes();
 }
+std::vector<RigidPose> Simulation::obstacle_poses() const {
+    const std::span<const RigidPose> poses = implementation_->obstacles.poses();
+    return {poses.begin(), poses.end()};
+}
 std::vector<NamedObstacleReading> Simulation::obstacles() const {
     return implementation_->read_obstacles();
 }

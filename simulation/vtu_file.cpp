@@ -19,8 +19,14 @@ class AppendedData {
 public:
     template <class T>
     void add(std::ostream& header, const char* type, const char* name, int components, std::span<const T> values) {
+        add(header, type, name, components, "", values);
+    }
+    /// `attributes`: more of them.
+    template <class T>
+    void add(std::ostream& header, const char* type, const char* name, int components, const std::string& attributes,
+             std::span<const T> values) {
         header << "<DataArray type=\"" << type << "\" Name=\"" << name << "\" NumberOfComponents=\"" << components
-               << "\" format=\"appended\" offset=\"" << data_.size() << "\"/>\n";
+               << "\" " << attributes << "format=\"appended\" offset=\"" << data_.size() << "\"/>\n";
         const std::uint64_t bytes = values.size_bytes();
         data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
         data_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
@@ -48,8 +54,16 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     AppendedData appended;
     std::ostringstream header;
     header << "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"" << kByteOrder
-           << "\" header_type=\"UInt64\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"" << grid.points.size()
-           << "\" NumberOfCells=\"" << grid.cells.size() << "\">\n<PointData Vectors=\"displacement\">\n";
+           << "\" header_type=\"UInt64\">\n<UnstructuredGrid>\n";
+    if (!grid.obstacles.empty()) {
+        static_assert(sizeof(VtuObstacle) == 16 * sizeof(double));
+        header << "<FieldData>\n";
+        appended.add(header, "Float64", "obstacles", 16,
+                     "NumberOfTuples=\"" + std::to_string(grid.obstacles.size()) + "\" ", grid.obstacles);
+        header << "</FieldData>\n";
+    }
+    header << "<Piece NumberOfPoints=\"" << grid.points.size() << "\" NumberOfCells=\"" << grid.cells.size()
+           << "\">\n<PointData Vectors=\"displacement\">\n";
     appended.add(header, "Float64", "displacement", 3, grid.displacement);
     appended.add(header, "Float64", "velocity", 3, grid.velocity);
     header << "</PointData>\n<CellData Scalars=\"volume_ratio\">\n";

@@ -32,14 +32,14 @@ struct SpringStiffening {
 struct StiffeningRange {
     double least, most;
 };
-StiffeningRange quadratic_stiffening(double cubic);
+HYBMSS_EXPORT StiffeningRange quadratic_stiffening(double cubic);
 
 /// Throws std::invalid_argument that names the value and what is allowed.
-void validate(const SpringStiffening& stiffening);
+HYBMSS_EXPORT void validate(const SpringStiffening& stiffening);
 
 /// The largest slope 1 + 2 quadratic e + 3 cubic e^2 of the force over strains |e| <= `strain`, <= 1: by at most so
 /// much are springs within it stiffer than at rest, along themselves and across.
-double largest_stiffening(const SpringStiffening& stiffening, double strain);
+HYBMSS_EXPORT double largest_stiffening(const SpringStiffening& stiffening, double strain);
 
 /// An isotropic elastic material, SI units.
 struct Material {

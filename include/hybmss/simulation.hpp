@@ -197,6 +197,8 @@ public:
     Energies energies() const;
     std::vector<ProbeReading> probes() const;
     std::vector<NamedObstacleReading> obstacles() const;
+    /// Where the scene's obstacles are, one pose each.
+    std::vector<RigidPose> obstacle_poses() const;
     /// Since the start; where the scene does not ask for it, nothing.
     std::optional<EnergyBalance> energy_balance() const;
     VolumeChange volume_change() const;

@@ -2,6 +2,7 @@
 
 #include "hybmss/simulation.hpp"
 #include "tests/scenes/program.hpp"
+#include "tests/scenes/vtu_array.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -102,20 +103,22 @@ TEST(ContactScene, rests_with_its_weight_on_the_floor) {
     EXPECT_GT(depth, 640 / 0.16 / 2e5);
     EXPECT_NEAR(floor.depth, 640 / 0.16 / 2e5, 0.15 * 640 / 0.16 / 2e5); // edges bear less, corners more
     EXPECT_TRUE(summary.warnings.empty());
-    const auto json = nlohmann::json::parse(test::read_text([&] {
-        static test::TemporaryDirectory directory;
-        test::write_text(directory.path() / "s.toml",
-                         kCube + kMetered +
-                             "[[obstacle]]\nname = \"a\"\nplane = {point = [0, 0, 0], normal = [0, 3, 0]}\n"
-                             "[solver]\nduration = 0.1\n");
-        const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
-        EXPECT_EQ(run.exit_code, 0) << run.errors;
-        EXPECT_NE(run.output.find("obstacle a"), std::string::npos) << run.output;
-        return directory.path() / "r" / "summary.json";
-    }()));
+    const test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml",
+                     kCube + kMetered +
+                         "[[obstacle]]\nname = \"a\"\nplane = {point = [0, 0, 0], normal = [0, 3, 0]}\n"
+                         "[solver]\nduration = 0.1\n");
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_NE(run.output.find("obstacle a"), std::string::npos) << run.output;
+    const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
     EXPECT_TRUE(json.at("obstacles").at("a").contains("greatest_depth"));
     EXPECT_TRUE(json.at("energy_balance").contains("relative_imbalance"));
     EXPECT_TRUE(json.at("effects").at("contact").contains("dissipated"));
+    // Where it stands is in every result.
+    const std::vector<double> drawn =
+        test::vtu_array<double>(test::read_text(directory.path() / "r/body_0000.vtu"), "obstacles");
+    EXPECT_EQ(drawn, (std::vector<double>{0, 0, 3, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
 }
 
 /// Friction's memory and the meter's sums are in the checkpoint.
