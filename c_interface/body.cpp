@@ -30,8 +30,12 @@ VolumeEnergy volume_energy(hybmss_volume_energy number) {
 
 Material material(const hybmss_material* given) {
     require(given, "material");
-    const Material material = {given->young_modulus, given->poisson_ratio, given->density, given->face_diagonal_ratio,
-                               volume_energy(given->volume_energy)};
+    const Material material = {given->young_modulus,
+                               given->poisson_ratio,
+                               given->density,
+                               given->face_diagonal_ratio,
+                               volume_energy(given->volume_energy),
+                               {given->stiffening_quadratic, given->stiffening_cubic}};
     validate(material);
     return material;
 }
@@ -81,7 +85,7 @@ extern "C" {
 
 hybmss_material hybmss_default_material(void) {
     const Material m;
-    return {m.young_modulus, m.poisson_ratio, m.density, m.face_diagonal_ratio, HYBMSS_VOLUME_AUTOMATIC};
+    return {m.young_modulus, m.poisson_ratio, m.density, m.face_diagonal_ratio, HYBMSS_VOLUME_AUTOMATIC, 0, 0};
 }
 
 hybmss_status hybmss_lattice_create(const int32_t cells[3], double cell_size, const float* scales, size_t scale_count,

@@ -117,6 +117,13 @@ hybmss_status hybmss_dynamics_load(hybmss_dynamics* dynamics, const hybmss_nodal
     });
 }
 
+hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double stiffness_damping) {
+    return guarded([&] {
+        require(dynamics, "dynamics");
+        dynamics->visit([&](auto& moving) { moving.body.damp_springs(stiffness_damping); });
+    });
+}
+
 hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters, int64_t count) {
     return guarded([&] {
         require(dynamics, "dynamics");

@@ -177,8 +177,8 @@ Lattice read_lattice(Reader& reader) {
 Material read_material(Reader& reader) {
     reader.line("material");
     Material material;
-    for (double* value :
-         {&material.young_modulus, &material.poisson_ratio, &material.density, &material.face_diagonal_ratio}) {
+    for (double* value : {&material.young_modulus, &material.poisson_ratio, &material.density,
+                          &material.face_diagonal_ratio, &material.stiffening.quadratic, &material.stiffening.cubic}) {
         *value = reader.number<double>();
     }
     const std::string_view energy = reader.word();
@@ -273,7 +273,8 @@ std::string record_text(const Record& record) {
     }
     const Material& m = record.material;
     text += "\nmaterial";
-    for (const double value : {m.young_modulus, m.poisson_ratio, m.density, m.face_diagonal_ratio}) {
+    for (const double value : {m.young_modulus, m.poisson_ratio, m.density, m.face_diagonal_ratio,
+                               m.stiffening.quadratic, m.stiffening.cubic}) {
         append(text, value);
     }
     text.append(" ").append(kVolumeEnergies[static_cast<std::size_t>(m.volume_energy)]).append("\ntolerance");

@@ -106,6 +106,13 @@ void bind_dynamics(py::module_& module) {
     type.def("prescribe", &prescribe, py::arg("nodes"), py::arg("axes") = "xyz",
              py::arg("displacement") = Vector3{0, 0, 0}, py::arg("velocity") = Vector3{0, 0, 0},
              "Holds these nodes along the axes, and no others.");
+    type.def(
+        "damp_springs",
+        [](Dynamics& dynamics, double stiffness_damping) {
+            dynamics.visit([&](auto& body) { body.damp_springs(stiffness_damping); });
+        },
+        py::arg("stiffness_damping"),
+        "Damps all springs along themselves from now on: a dashpot of stiffness_damping (s) times its stiffness each.");
     type.def("load", &load, py::arg("nodes"), py::arg("force"),
              "Pulls each of these nodes with the force (N), no others.");
     type.def("step", &step, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),

@@ -87,9 +87,12 @@ typedef struct hybmss_material {
     double density;             /* kg/m^3, > 0 */
     double face_diagonal_ratio; /* A = k_f / k_c >= 0; 0: no face diagonals */
     hybmss_volume_energy volume_energy;
+    /* Springs of strain e bear k l (e + quadratic e^2 + cubic e^3); 0 and 0: linear ones. Allowed is what leaves their
+     * energy convex: cubic >= 0, 1 + 2 quadratic e + 3 cubic e^2 >= 0 for e >= -1. */
+    double stiffening_quadratic, stiffening_cubic;
 } hybmss_material;
 
-/* E = 1e4 Pa, nu = 0.25, 1000 kg/m^3, A = 1, automatic. */
+/* E = 1e4 Pa, nu = 0.25, 1000 kg/m^3, A = 1, automatic, linear springs. */
 HYBMSS_EXPORT hybmss_material hybmss_default_material(void);
 
 /* A body at rest: its shape and its material. Immutable. */
@@ -256,6 +259,9 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_prescribe(hybmss_dynamics* dynamics,
                                                       size_t count);
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_load(hybmss_dynamics* dynamics, const hybmss_nodal_load* loads,
                                                  size_t count);
+/* Damps all springs along themselves from now on: a dashpot of stiffness_damping (s, >= 0; 0: none) times its stiffness
+ * beside each. Shortens the critical time step. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double stiffness_damping);
 /* Takes `count` >= 0 steps. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters,
                                                  int64_t count);

@@ -92,6 +92,9 @@ static void bodies(void) {
     material = hybmss_default_material();
     material.volume_energy = 7;
     REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "volume_energy = 7");
+    material = hybmss_default_material();
+    material.stiffening_quadratic = 2;
+    REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "stiffening.quadratic = 2");
     EXPECT(untouched == NULL);
 }
 
@@ -421,6 +424,17 @@ static void motion(void) {
     REFUSED(hybmss_dynamics_masses(NULL, masses, NODES), "dynamics is null");
     REFUSED(hybmss_dynamics_masses(dynamics, NULL, NODES), "masses is null");
     REFUSED(hybmss_dynamics_masses(dynamics, masses, 1), "1 values given, 120 needed");
+    {
+        double damped = 0;
+        OK(hybmss_dynamics_damp_springs(dynamics, 0.1));
+        OK(hybmss_dynamics_critical_time_step(dynamics, &damped));
+        EXPECT(damped < dt);
+        REFUSED(hybmss_dynamics_damp_springs(dynamics, -1), "stiffness_damping = -1");
+        REFUSED(hybmss_dynamics_damp_springs(NULL, 0), "dynamics is null");
+        OK(hybmss_dynamics_damp_springs(dynamics, 0));
+        OK(hybmss_dynamics_critical_time_step(dynamics, &damped));
+        EXPECT(damped == dt);
+    }
     REFUSED(hybmss_dynamics_critical_time_step(NULL, &dt), "dynamics is null");
     REFUSED(hybmss_dynamics_critical_time_step(dynamics, NULL), "time_step is null");
     hybmss_dynamics_destroy(dynamics);

@@ -17,7 +17,10 @@ namespace {
 Record sample() {
     Record record;
     record.lattice = Lattice::from_cells(3, 2, 2, 0.1, {1, 1, 0, 1, 0.3f, 1, 1, 1, 1, 0, 1, 1});
-    record.material = {.young_modulus = 12345.678, .poisson_ratio = 0.1, .volume_energy = VolumeEnergy::mean_stretch};
+    record.material = {.young_modulus = 12345.678,
+                       .poisson_ratio = 0.1,
+                       .volume_energy = VolumeEnergy::mean_stretch,
+                       .stiffening = {0.5, 1.25}};
     const ForcePlan<double> plan(record.lattice, record.material);
     const std::size_t nodes = plan.node_count();
     std::mt19937 engine(7);
@@ -50,6 +53,8 @@ TEST(Record, IsTheSameAfterARoundTrip) {
                            after.lattice.cell_scales().begin()));
     EXPECT_EQ(after.material.young_modulus, before.material.young_modulus);
     EXPECT_EQ(after.material.volume_energy, before.material.volume_energy);
+    EXPECT_EQ(after.material.stiffening.quadratic, 0.5);
+    EXPECT_EQ(after.material.stiffening.cubic, 1.25);
     ASSERT_EQ(after.states.size(), 2u);
     for (std::size_t s = 0; s < 2; ++s) {
         EXPECT_EQ(after.states[s].displacements, before.states[s].displacements);

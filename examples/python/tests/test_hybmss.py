@@ -92,6 +92,16 @@ def test_lattice_from_scales():
     assert body.rest_positions().min(axis=0) == pytest.approx([1.5, 1.0, 0.5])
 
 
+def test_stiffening_springs():
+    stiffening = hybmss.Material(stiffening_quadratic=0.5, stiffening_cubic=1.0)
+    assert (stiffening.stiffening_quadratic, stiffening.stiffening_cubic) == (0.5, 1.0)
+    stretched = 0.2 * BOX.rest_positions()
+    energy = [sum(hybmss.ForcePlan(BOX, m).energy(stretched)) for m in (hybmss.Material(), stiffening)]
+    assert energy[1] > 1.05 * energy[0]
+    with pytest.raises(ValueError, match="stiffening"):
+        hybmss.Material(stiffening_cubic=-1)
+
+
 def test_motion():
     body = hybmss.ExplicitDynamics(BOX, MATERIAL)
     assert not body.masses.flags.writeable and not body.masses.flags.owndata
@@ -106,6 +116,8 @@ def test_motion():
     state = body.displacements
     body.displacements = np.zeros_like(state)
     assert body.energies[0] == 0
+    body.damp_springs(0.1)
+    assert body.critical_time_step < 2 * dt
     masses = body.masses
     del body
     assert masses.sum() > 0  # keeps the body alive
