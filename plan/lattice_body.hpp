@@ -104,8 +104,8 @@ private:
     kernels::Volume volume_;
     Accuracy accuracy_;
     std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
+    bool split_;                          ///< whether nodes are integrated in a pass of its own
     FrequencyBounds frequencies_;
-    bool split_; ///< whether nodes are integrated in a pass of its own
     std::size_t springs_, cells_;
 };
 
