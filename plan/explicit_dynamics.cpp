@@ -1,10 +1,6 @@
-#include "hybmss/explicit_dynamics.hpp"
+#include "plan/explicit_dynamics_implementation.hpp"
 
-#include "layouts/node_numbers.hpp"
-#include "plan/contact.hpp"
 #include "plan/critical_time_step.hpp"
-#include "plan/planned_body.hpp"
-#include "plan/spring_damping.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,61 +39,6 @@ double longest_spring(const Network& network) {
 }
 
 } // namespace
-
-template <class T>
-struct ExplicitDynamics<T>::Implementation {
-    Implementation(PlannedBody<T> made, double longest_edge)
-        : planned(std::move(made)), body(planned.body.get()), state(body->make_state(true)),
-          wave_speed(longest_edge / body->critical_time_step()) {}
-
-    /// The padding too: a motion that ended in NaN has reached it, and the next one must start clean.
-    void set(VectorField<const T> in, NodeField<T>& field, double factor) {
-        for (auto& component : field) {
-            std::fill_n(component.data(), component.size(), T(0));
-        }
-        for (auto& buffer : state.buffers) {
-            std::fill_n(buffer.data(), buffer.size(), T(0));
-        }
-        body->write(in, factor, field);
-        for (const auto& effect : effects) {
-            effect->state_was_set();
-        }
-    }
-
-    void check_cut(const Lattice& lattice, std::span<const std::uint32_t> cells) {
-        if (!body->can_be_cut()) {
-            throw std::invalid_argument("layout \"" + body->describe().layout +
-                                        "\" cannot be cut while it moves: flat-rows, active-rows and gather-rows can");
-        }
-        for (const std::uint32_t cell : cells) {
-            if (cell >= lattice.cell_scales().size()) {
-                throw std::invalid_argument("cell " + std::to_string(cell) + ": the lattice has " +
-                                            std::to_string(lattice.cell_scales().size()));
-            }
-        }
-        if (!numbers) {
-            numbers.emplace(lattice, body->node_count());
-            grid = lattice.cells();
-        }
-        if (grid != lattice.cells()) {
-            throw std::invalid_argument("the lattice has another grid than the one that the body was made from");
-        }
-    }
-
-    PlannedBody<T> planned;
-    const Body<T>* body;
-    mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
-    double wave_speed;      ///< m/s, at most: no wave passes an edge in less than the critical time step
-    std::vector<std::unique_ptr<StepEffect<T>>> effects;
-    Contact<T>* contact = nullptr;       ///< one of the effects; nullptr without obstacles
-    std::optional<SurfaceNode> touching; ///< one of those that may touch, if there are any
-    SpringDamping<T>* damping = nullptr; ///< one of them, or none
-    std::vector<PrescribedComponent<T>> prescribed;
-    std::vector<LoadedComponent<T>> loaded;
-    std::vector<NodalLoad> loads;        ///< that `loaded` comes from
-    std::optional<NodeNumbers> numbers;  ///< from the first cut on
-    std::array<int, 3> grid = {0, 0, 0}; ///< likewise
-};
 
 template <class T>
 ExplicitDynamics<T>::ExplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options)
@@ -186,107 +127,6 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
 }
 
 template <class T>
-bool ExplicitDynamics<T>::can_remove_cells() const {
-    return implementation_->body->can_be_cut();
-}
-
-template <class T>
-std::size_t ExplicitDynamics<T>::remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells) {
-    Implementation& i = *implementation_;
-    i.check_cut(lattice, cells);
-    const auto nx = static_cast<std::size_t>(lattice.cells()[0]), ny = static_cast<std::size_t>(lattice.cells()[1]);
-    std::vector<CutNode> nodes;
-    std::size_t removed = 0;
-    for (const std::uint32_t cell : cells) {
-        const std::size_t x = cell % nx, y = cell / nx % ny, z = cell / nx / ny;
-        const int at[3] = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
-        if (!(lattice.cell_scale(at[0], at[1], at[2]) > 0)) {
-            continue;
-        }
-        lattice.set_cell_scale(at[0], at[1], at[2], 0);
-        ++removed;
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-            const std::array<std::size_t, 3> place = {x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)};
-            nodes.push_back({i.numbers->of(place[0] + (nx + 1) * (place[1] + (ny + 1) * place[2])), place});
-        }
-    }
-    i.planned.body->take_over(lattice, nodes, removed);
-    for (const CutNode& node : nodes) {
-        if (i.body->masses()[node.node] == 0) { // nothing would slow it down
-            for (std::size_t c = 0; c < 3; ++c) {
-                const Component<T> v = component(i.state.velocity, c);
-                v.first[static_cast<std::ptrdiff_t>(i.body->index_of(node.node)) * v.stride] = 0;
-            }
-        }
-    }
-    if (i.touching) {
-        const std::array<double, 3> low = lattice.rest_position(i.numbers->grid_node(i.touching->node));
-        std::vector<SurfaceNode> around;
-        for (const CutNode& node : nodes) {
-            SurfaceNode& bared = around.emplace_back(SurfaceNode{node.node, i.touching->rest_position});
-            for (std::size_t a = 0; a < 3; ++a) {
-                bared.rest_position[a] += lattice.cell_size() * static_cast<double>(node.place[a]) - low[a];
-            }
-        }
-        i.contact->surface_was_cut(*i.body, around);
-    }
-    if (!i.loads.empty()) { // the same forces on other masses
-        load(std::vector<NodalLoad>(i.loads));
-    }
-    return removed;
-}
-
-template <class T>
-void ExplicitDynamics<T>::set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
-    Implementation& all = *implementation_;
-    auto made =
-        obstacles.empty() ? nullptr : std::make_unique<Contact<T>>(*all.body, all.wave_speed, surface, obstacles);
-    std::erase_if(all.effects, [&](const auto& effect) { return effect.get() == all.contact; });
-    all.contact = made.get();
-    all.touching.reset();
-    if (made) {
-        if (!surface.empty()) {
-            all.touching = surface.front();
-        }
-        all.effects.push_back(std::move(made));
-    }
-}
-
-template <class T>
-void ExplicitDynamics<T>::damp_springs(double stiffness_damping) {
-    if (!(stiffness_damping >= 0) || !std::isfinite(stiffness_damping)) {
-        throw std::invalid_argument("stiffness_damping = " + std::to_string(stiffness_damping) +
-                                    " is not allowed: it must be finite and at least 0 s");
-    }
-    Implementation& i = *implementation_;
-    std::erase_if(i.effects, [&](const auto& effect) { return effect.get() == i.damping; });
-    i.damping = nullptr;
-    if (stiffness_damping > 0) {
-        auto damping = std::make_unique<SpringDamping<T>>(stiffness_damping);
-        damping->set_prescribed(i.prescribed);
-        i.damping = damping.get();
-        i.effects.push_back(std::move(damping));
-    }
-}
-
-template <class T>
-void ExplicitDynamics<T>::move_obstacles(std::span<const RigidPose> poses) {
-    if (!implementation_->contact) {
-        if (!poses.empty()) {
-            throw std::invalid_argument(std::to_string(poses.size()) + " poses given: the body has no obstacles");
-        }
-        return;
-    }
-    implementation_->contact->move(poses);
-}
-
-template <class T>
-std::vector<ObstacleReading> ExplicitDynamics<T>::obstacle_readings() const {
-    const Implementation& all = *implementation_;
-    return all.contact ? all.contact->readings(*all.body, all.state) : std::vector<ObstacleReading>();
-}
-
-template <class T>
 void ExplicitDynamics<T>::step(const StepParameters& parameters, long count) {
     implementation_->body->step(implementation_->state, parameters,
                                 {implementation_->effects, implementation_->prescribed, implementation_->loaded},
@@ -336,55 +176,6 @@ void ExplicitDynamics<T>::get_forces(VectorField<T> out) const {
     const Body<T>& body = *implementation_->body;
     body.compute_forces(implementation_->state);
     body.read(implementation_->state.force, 1, out);
-}
-
-template <class T>
-void ExplicitDynamics<T>::get_effect_forces(VectorField<T> out) const {
-    const Body<T>& body = *implementation_->body;
-    State<T>& state = implementation_->state;
-    NodeField<T> force;
-    Body<T>::allocate_like(state.velocity, force);
-    for (const auto& effect : implementation_->effects) {
-        effect->add_forces(body, state, force);
-    }
-    body.read(force, 1, out);
-}
-
-template <class T>
-std::vector<EffectEnergy> ExplicitDynamics<T>::effect_energies() const {
-    const Body<T>& body = *implementation_->body;
-    State<T>& state = implementation_->state;
-    std::vector<EffectEnergy> energies;
-    for (const auto& effect : implementation_->effects) {
-        energies.push_back({std::string(effect->name()), effect->energy(body, state), effect->dissipated(body, state)});
-    }
-    return energies;
-}
-
-template <class T>
-std::vector<double> ExplicitDynamics<T>::effect_memory() const {
-    std::vector<double> memory;
-    for (const auto& effect : implementation_->effects) {
-        const std::vector<double> part = effect->memory();
-        memory.insert(memory.end(), part.begin(), part.end());
-    }
-    return memory;
-}
-
-template <class T>
-void ExplicitDynamics<T>::set_effect_memory(std::span<const double> memory) {
-    std::size_t wanted = 0;
-    for (const auto& effect : implementation_->effects) {
-        wanted += effect->memory_size();
-    }
-    if (memory.size() != wanted) {
-        throw std::invalid_argument("effect memory of " + std::to_string(memory.size()) +
-                                    " numbers given: the body's effects have " + std::to_string(wanted));
-    }
-    for (const auto& effect : implementation_->effects) {
-        effect->set_memory(memory.first(effect->memory_size()));
-        memory = memory.subspan(effect->memory_size());
-    }
 }
 
 template <class T>
