@@ -78,7 +78,7 @@ template <class T>
 Input<T>::Input(const hybmss_const_field& field, std::size_t nodes, Scratch<T>& scratch) : scratch_(scratch) {
     const T* const from[3] = {static_cast<const T*>(field.x), static_cast<const T*>(field.y),
                               static_cast<const T*>(field.z)};
-    if (!field.map) {
+    if (!field.map || nodes == 0) {
         view_ = {from[0], from[1], from[2], field.stride, nodes};
         return;
     }
@@ -96,7 +96,7 @@ Input<T>::Input(const hybmss_const_field& field, std::size_t nodes, Scratch<T>& 
 template <class T>
 Output<T>::Output(const hybmss_field& field, std::size_t nodes, Scratch<T>& scratch)
     : field_(field), scratch_(scratch) {
-    if (!field.map) {
+    if (!field.map || nodes == 0) {
         view_ = {static_cast<T*>(field.x), static_cast<T*>(field.y), static_cast<T*>(field.z), field.stride, nodes};
         return;
     }

@@ -50,6 +50,7 @@ struct Entry {
 const Entry kEntries[] = {
 #if defined(__x86_64__)
     {InstructionSet::sse2, "sse2", [] { return true; }, HYBMSS_TABLES(sse2)},
+#if !defined(HYBMSS_BASELINE_ONLY)
     {InstructionSet::avx2, "avx2", [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); },
      HYBMSS_TABLES(avx2)},
     {InstructionSet::avx512, "avx512",
@@ -59,6 +60,7 @@ const Entry kEntries[] = {
                 __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
      },
      HYBMSS_TABLES(avx512)},
+#endif
 #elif defined(__aarch64__)
     {InstructionSet::neon, "neon", [] { return true; }, HYBMSS_TABLES(neon)},
 #endif

@@ -1,5 +1,6 @@
 #include "plan/body.hpp"
 
+#include "layouts/interleaved.hpp"
 #include "plan/step_effect.hpp"
 
 #include <algorithm>
@@ -8,6 +9,35 @@
 #include <tuple>
 
 namespace hybmss {
+namespace {
+
+// What for_each_component does with a component of the caller's and one of the body's, or with whole nodes of a caller
+// whose components are interleaved.
+template <class T>
+struct Write {
+    T scale;
+    void operator()(const T& source, T& target) const { target = scale * source; }
+    void interleaved(const T* source, T* x, T* y, T* z, std::size_t nodes) const {
+        scale_from_interleaved(source, scale, x, y, z, nodes);
+    }
+};
+template <class T>
+struct Read {
+    T scale;
+    void operator()(T& target, const T& source) const { target = scale * source; }
+    void interleaved(T* target, const T* x, const T* y, const T* z, std::size_t nodes) const {
+        scale_to_interleaved<false>(x, y, z, scale, target, nodes);
+    }
+};
+template <class T>
+struct Add {
+    void operator()(T& target, const T& source) const { target += source; }
+    void interleaved(T* target, const T* x, const T* y, const T* z, std::size_t nodes) const {
+        scale_to_interleaved<true>(x, y, z, T(1), target, nodes);
+    }
+};
+
+} // namespace
 
 template <class T>
 std::size_t State<T>::bytes() const {
@@ -64,7 +94,14 @@ void Body<T>::for_each_component(Outer* const (&outer)[3], std::ptrdiff_t outer_
         });
         return;
     }
+    const bool interleaved =
+        outer_stride == 3 && inner_stride == 1 && outer[1] == outer[0] + 1 && outer[2] == outer[0] + 2;
     for_each_run([&](const NodeRun& run) {
+        if (interleaved) {
+            move.interleaved(outer[0] + 3 * run.node, inner[0].first + run.index, inner[1].first + run.index,
+                             inner[2].first + run.index, run.length);
+            return;
+        }
         for (std::size_t c = 0; c < 3; ++c) {
             Outer* theirs = outer[c] + static_cast<std::ptrdiff_t>(run.node) * outer_stride;
             Inner* ours = inner[c].first + static_cast<std::ptrdiff_t>(run.index) * inner_stride;
@@ -87,7 +124,7 @@ void Body<T>::write(VectorField<const T> in, double factor, NodeField<T>& field)
     const T* const from[3] = {in.x, in.y, in.z};
     const Component<T> to[3] = {component(field, 0), component(field, 1), component(field, 2)};
     const T scale = static_cast<T>(factor);
-    for_each_component(from, in.stride, to, [scale](const T& source, T& target) { target = scale * source; });
+    for_each_component(from, in.stride, to, Write<T>{scale});
 }
 
 template <class T>
@@ -96,7 +133,7 @@ void Body<T>::read(const NodeField<T>& field, double factor, VectorField<T> out)
     T* const to[3] = {out.x, out.y, out.z};
     const Component<const T> from[3] = {component(field, 0), component(field, 1), component(field, 2)};
     const T scale = static_cast<T>(factor);
-    for_each_component(to, out.stride, from, [scale](T& target, const T& source) { target = scale * source; });
+    for_each_component(to, out.stride, from, Read<T>{scale});
 }
 
 template <class T>
@@ -104,7 +141,7 @@ void Body<T>::add(const NodeField<T>& field, VectorField<T> out) const {
     check_size(out.size);
     T* const to[3] = {out.x, out.y, out.z};
     const Component<const T> from[3] = {component(field, 0), component(field, 1), component(field, 2)};
-    for_each_component(to, out.stride, from, [](T& target, const T& source) { target += source; });
+    for_each_component(to, out.stride, from, Add<T>{});
 }
 
 template <class T>

@@ -1,3 +1,4 @@
+#include "simulation/one_line.hpp"
 #include "simulation/voxel_grid.hpp"
 #include "simulation/voxel_samples.hpp"
 
@@ -39,7 +40,7 @@ SampleFormat parse_descr(std::string_view value) {
     if (type == "<f4" || type == ">f4") {
         return {.bytes = 4, .big_endian = type[0] == '>'};
     }
-    throw std::runtime_error("its values are of NumPy's type " + std::string(type) +
+    throw std::runtime_error("its values are of NumPy's type " + one_line(std::string(type)) +
                              "; allowed are uint8, bool and float32 ('|u1', '|b1', '<f4', '>f4')");
 }
 
@@ -62,7 +63,7 @@ std::array<std::int64_t, 3> parse_shape(std::string_view value) {
         const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), count);
         if (error != std::errc() ||
             word.find_first_not_of(' ', static_cast<std::size_t>(stop - word.data())) != std::string_view::npos) {
-            damaged("its shape holds \"" + std::string(word.substr(0, 20)) + "\"");
+            damaged("its shape holds \"" + one_line(std::string(word.substr(0, 20))) + "\"");
         }
         if (axes < 3) {
             shape[axes] = count;

@@ -1,4 +1,5 @@
 #include "simulation/gzip.hpp"
+#include "simulation/one_line.hpp"
 #include "simulation/voxel_grid.hpp"
 #include "simulation/voxel_samples.hpp"
 
@@ -23,8 +24,8 @@ struct NrrdFile {
 };
 
 [[noreturn]] void refuse(const std::string& field, const std::string& value, const std::string& allowed) {
-    throw std::runtime_error("its NRRD field \"" + field + ": " + value.substr(0, 60) + "\" is not supported; " +
-                             allowed);
+    throw std::runtime_error("its NRRD field \"" + field + ": " + one_line(value.substr(0, 60)) +
+                             "\" is not supported; " + allowed);
 }
 
 NrrdFile parse_header(std::string_view bytes) {
@@ -49,7 +50,7 @@ NrrdFile parse_header(std::string_view bytes) {
             continue;
         }
         if (colon == std::string_view::npos) {
-            throw std::runtime_error("as NRRD it is damaged: \"" + std::string(line.substr(0, 40)) +
+            throw std::runtime_error("as NRRD it is damaged: \"" + one_line(std::string(line.substr(0, 40))) +
                                      "\" is not a field");
         }
         std::string name;

@@ -1,4 +1,5 @@
 #include "hybmss/scene.hpp"
+#include "simulation/one_line.hpp"
 
 namespace hybmss {
 namespace {
@@ -32,7 +33,7 @@ SceneError scene_error(const Scene& scene, const std::string& path, const std::s
     if (!value.empty()) {
         message.append(" = ").append(value);
     }
-    return SceneError(message.append(": ").append(reason));
+    return SceneError(one_line(message.append(": ").append(reason)));
 }
 
 } // namespace hybmss

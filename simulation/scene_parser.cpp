@@ -1,4 +1,5 @@
 #include "simulation/body_files.hpp"
+#include "simulation/one_line.hpp"
 #include "simulation/scene_table.hpp"
 
 #include <filesystem>
@@ -349,7 +350,7 @@ Scene parse_scene(std::string_view text, const std::string& filename) {
         std::ostringstream message;
         message << filename << ":" << error.source().begin.line << ":" << error.source().begin.column
                 << ": TOML syntax: " << error.description();
-        throw SceneError(message.str());
+        throw SceneError(one_line(message.str()));
     }
     return scene;
 }

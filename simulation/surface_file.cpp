@@ -1,3 +1,4 @@
+#include "simulation/one_line.hpp"
 #include "simulation/triangle_surface.hpp"
 
 #include <assimp/Importer.hpp>
@@ -14,11 +15,6 @@
 
 namespace hybmss {
 namespace {
-
-std::string one_line(std::string text) {
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    return text;
-}
 
 void append(TriangleSurface& surface, const aiMesh& mesh) {
     const auto first = static_cast<std::uint32_t>(surface.vertices.size());

@@ -11,6 +11,13 @@
 
 // One translation unit uses toml++, so its shared library is not needed.
 #define TOML_HEADER_ONLY 1
+// It asserts, and without assertions has clang assume, what a wrong scene may break ("[#"), before it reports that very
+// thing as an error.
+#if __has_include(<toml++/impl/preprocessor.h>)
+#include <toml++/impl/preprocessor.h>
+#undef TOML_ASSERT_ASSUME
+#define TOML_ASSERT_ASSUME(expr) static_assert(true)
+#endif
 #include <toml++/toml.h>
 
 namespace hybmss {

@@ -9,6 +9,16 @@
 
 namespace hybmss {
 
+VoxelGrid parse_voxels(std::string_view bytes) {
+    if (bytes.starts_with("\x93NUMPY")) {
+        return parse_npy(bytes);
+    }
+    if (bytes.starts_with("NRRD")) {
+        return parse_nrrd(bytes);
+    }
+    throw std::runtime_error("by its first bytes it is neither a NumPy array (.npy) nor NRRD");
+}
+
 VoxelGrid read_voxels(const std::filesystem::path& path) {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) {
@@ -20,13 +30,7 @@ VoxelGrid read_voxels(const std::filesystem::path& path) {
     if (!file.is_open() || file.bad()) {
         throw std::runtime_error("it cannot be read: " + std::generic_category().message(errno));
     }
-    if (bytes.starts_with("\x93NUMPY")) {
-        return parse_npy(bytes);
-    }
-    if (bytes.starts_with("NRRD")) {
-        return parse_nrrd(bytes);
-    }
-    throw std::runtime_error("by its first bytes it is neither a NumPy array (.npy) nor NRRD");
+    return parse_voxels(bytes);
 }
 
 } // namespace hybmss

@@ -23,6 +23,9 @@ struct VoxelGrid {
 /// without the file's name. What a header claims is held against the size of the file before memory is taken for it.
 VoxelGrid read_voxels(const std::filesystem::path& path);
 
+/// The bytes of such a file.
+VoxelGrid parse_voxels(std::string_view bytes);
+
 /// The bytes of a .npy file (format 1.0 to 3.0): a 3D array of uint8, bool or float32, in C or Fortran order; cell
 /// (i, j, k) is array[i, j, k].
 VoxelGrid parse_npy(std::string_view bytes);

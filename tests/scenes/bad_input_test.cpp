@@ -24,6 +24,8 @@ void PrintTo(const BadLine& bad, std::ostream* out) {
 
 const BadLine kBadLines[] = {
     {"SyntaxError", "cell_size = 0.5", "cell_size = ", "s.toml:3:13: TOML syntax"},
+    {"SyntaxErrorTable", "[output]", "[# output", "s.toml:20:2: TOML syntax"},
+    {"KeyOfTwoLines", "density = 1000", "\"den\\nsity\" = 1000", "material.den sity = 1000: unknown key"},
     {"Duplicate", "cell_size = 0.5", "cells = [1, 1, 1]", "s.toml:3:"},
     {"UnknownKey", "density = 1000", "densty = 1000",
      "s.toml:7:1: material.densty = 1000: unknown key; allowed are young_modulus, poisson_ratio, density"},

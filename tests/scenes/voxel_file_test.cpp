@@ -106,6 +106,7 @@ const BadFile kBadFiles[] = {
     {"NpyNegativeShape", npy_header("|u1", "False", "(-4, -3, 5)") + std::string(60, '\x01'), "at least 1"},
     {"NpyTwoAxes", npy_header("|u1", "False", "(60,)"), "its array has 1 axes; a body needs 3"},
     {"NpyFourAxes", npy_header("|u1", "False", "(3, 4, 5, 1)"), "its array has 4 axes; a body needs 3"},
+    {"NpyShapeOfTwoLines", npy_header("|u1", "False", "(4, x\ny, 5)"), "its shape holds \"x y\""},
     {"NpyBadShape", npy_header("|u1", "False", "(4, x, 5)"), "its shape holds \"x\""},
     {"NpyDouble", npy_header("<f8", "False", "(4, 3, 5)"),
      "its values are of NumPy's type <f8; allowed are uint8, bool and float32"},
