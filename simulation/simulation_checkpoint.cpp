@@ -15,6 +15,42 @@ void require_version(const CheckpointSections& sections) {
     }
 }
 
+// A digest guards against damage, not against a file that was made wrong: no number may lead out of an array.
+
+std::vector<std::uint32_t> removed_cells(const CheckpointSections& sections, std::size_t cells) {
+    std::vector<std::uint32_t> removed = sections.values<std::uint32_t>("removed");
+    for (const std::uint32_t cell : removed) {
+        if (cell >= cells) {
+            throw std::runtime_error("its removed cell " + std::to_string(cell) + " is none of the body's " +
+                                     std::to_string(cells));
+        }
+    }
+    return removed;
+}
+
+/// Of each cut; a scene has at most 1e9.
+std::vector<double> bites_done(const CheckpointSections& sections, std::size_t cuts) {
+    std::vector<double> done = sections.values<double>("bites", cuts);
+    for (const double bites : done) {
+        if (!(bites >= 0 && bites <= 2e9)) {
+            throw std::runtime_error("its section \"bites\" counts " + std::to_string(bites));
+        }
+    }
+    return done;
+}
+
+/// Steps, outputs, files, Newton and conjugate gradient iterations: counted on, so far from what a number can hold.
+std::vector<std::int64_t> counts_of_run(const CheckpointSections& sections) {
+    constexpr std::int64_t kMost = std::int64_t{1} << 53;
+    std::vector<std::int64_t> counts = sections.values<std::int64_t>("run", 5);
+    for (const std::int64_t count : counts) {
+        if (count < 0 || count > kMost) {
+            throw std::runtime_error("its section \"run\" counts " + std::to_string(count));
+        }
+    }
+    return counts;
+}
+
 } // namespace
 
 /// Of what the scene says and of the body made from it: files that it names may have changed.
@@ -88,16 +124,16 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         if (sections.values<std::uint64_t>("scene", 1)[0] != body.scene_digest()) {
             throw std::runtime_error("it belongs to another scene, or to this one before it was changed");
         }
-        const std::vector<std::int64_t> run = sections.values<std::int64_t>("run", 5);
+        const std::vector<std::int64_t> run = counts_of_run(sections);
         body.steps = run[0];
         body.outputs = run[1];
         body.written = run[2];
         body.work.newton_iterations = run[3];
         body.work.cg_iterations = run[4];
         body.work.preconditioner = sections.text("preconditioner");
-        body.cut_again(sections.values<std::uint32_t>("removed"));
+        body.cut_again(removed_cells(sections, body.lattice.cell_scales().size()));
         body.removed_energy = sections.values<double>("removed_energy", 1)[0];
-        body.schedule.set_done(sections.values<double>("bites"));
+        body.schedule.set_done(bites_done(sections, body.schedule.done().size()));
         body.prescribe();
         std::visit([&]<class Dynamics>(
                        Dynamics& d) { d.set_exact_state(sections.values<typename Dynamics::Scalar>("state")); },

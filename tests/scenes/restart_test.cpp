@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <map>
 #include <random>
 #include <thread>
@@ -259,6 +260,22 @@ TEST_F(BadCheckpoint, of_another_version) {
     sections.put("version", std::string("0.0.0"));
     write_checkpoint_file(file(), sections);
     expect_refused("out/checkpoint: it was written by hybmss 0.0.0, this is ");
+}
+
+/// With a digest that fits.
+TEST_F(BadCheckpoint, of_numbers_that_lead_out_of_arrays) {
+    const CheckpointSections good = read_checkpoint_file(file());
+    const auto changed = [&](const std::string& name, auto values) {
+        CheckpointSections sections = good;
+        sections.put(name, values);
+        write_checkpoint_file(file(), sections);
+    };
+    changed("removed", std::vector<std::uint32_t>{3, 4000000000u});
+    expect_refused("out/checkpoint: its removed cell 4000000000 is none of the body's 120");
+    changed("bites", std::vector<double>(good.values<double>("bites").size() + 1, 0.0));
+    expect_refused("out/checkpoint: its section \"bites\" has ");
+    changed("run", std::vector<std::int64_t>{std::numeric_limits<std::int64_t>::max(), 0, 0, 0, 0});
+    expect_refused("out/checkpoint: its section \"run\" counts 9223372036854775807");
 }
 
 TEST_F(BadCheckpoint, of_another_scene) {
