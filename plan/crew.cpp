@@ -9,6 +9,11 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <map>
+
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/lsan_interface.h>
+#endif
 
 #if defined(__SANITIZE_THREAD__)
 extern "C" void __tsan_acquire(void* address);
@@ -24,16 +29,28 @@ namespace {
 // Longer than what a simulation does between two steps; short beside what a program would miss the core for.
 constexpr std::chrono::microseconds kLinger{200};
 
+/// Arenas live as long as the program, and crews share them: oneTBB never delivers what is left in an arena that is
+/// destroyed, nor frees that arena's memory.
+tbb::task_arena& arena_for(int threads) {
+    struct Arenas {
+        std::mutex mutex;
+        std::map<int, tbb::task_arena> by_size;
+    };
+    static Arenas& arenas = *new Arenas; // outlives helpers that are still on their way when the program ends
+    const std::lock_guard lock(arenas.mutex);
+    return arenas.by_size.try_emplace(threads, threads).first->second;
+}
+
 } // namespace
 
 struct Crew::Arena {
     // oneTBB starts no more threads than the machine has cores, and says so on stderr, unless it is told to.
     explicit Arena(int threads)
-        : limit(tbb::global_control::max_allowed_parallelism,
-                static_cast<std::size_t>(std::max(threads, tbb::info::default_concurrency()))),
-          arena(threads) {}
+        : most(std::max(threads, tbb::info::default_concurrency())),
+          limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(most)), arena(arena_for(most)) {}
+    int most;
     tbb::global_control limit;
-    tbb::task_arena arena;
+    tbb::task_arena& arena;
 };
 
 /// Brings a helper to its seat.
@@ -56,6 +73,10 @@ struct Crew::Invitation {
     static void send(tbb::task_arena& arena, std::unique_ptr<Invitation> invitation) {
 #if defined(__SANITIZE_THREAD__)
         __tsan_release(invitation.get());
+#endif
+#if defined(__SANITIZE_ADDRESS__)
+        // A program may end before oneTBB has delivered it, and LeakSanitizer does not look into oneTBB's memory.
+        __lsan_ignore_object(invitation.get());
 #endif
         arena.enqueue(Task{invitation.get()});
         static_cast<void>(invitation.release());

@@ -6,9 +6,12 @@
 
 #include <atomic>
 #include <chrono>
+#include <fstream>
 #include <stdexcept>
 #include <thread>
 #include <vector>
+
+#include <unistd.h>
 
 namespace hybmss {
 namespace {
@@ -109,6 +112,30 @@ TEST(Workers, APieceRunsItsOwnStagesAlone) {
     EXPECT_EQ(runs, 64);
     EXPECT_FALSE(inside_piece());
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+long resident_kilobytes() {
+    std::ifstream statm("/proc/self/statm");
+    long pages = 0, resident = 0;
+    statm >> pages >> resident;
+    return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+// Helpers may still be on their way when their workers are gone; what they were called with is freed all the same.
+TEST(Workers, LeaveNothingBehind) {
+    const auto come_and_go = [](int times) {
+        for (int i = 0; i < times; ++i) {
+            std::atomic<int> done = 0;
+            Workers(2).run(64, [&](std::size_t, std::size_t) { ++done; });
+            ASSERT_EQ(done, 64);
+        }
+    };
+    come_and_go(200);
+    const long before = resident_kilobytes();
+    come_and_go(3000);
+    EXPECT_LT(resident_kilobytes() - before, 6000);
+}
+#endif
 
 TEST(StagedRun, OneWorkerOfManyGetsEverythingDone) {
     for (const std::size_t worker : {0u, 1u, 3u}) {
