@@ -44,7 +44,8 @@ std::vector<std::int64_t> counts_of_run(const CheckpointSections& sections) {
     constexpr std::int64_t kMost = std::int64_t{1} << 53;
     std::vector<std::int64_t> counts = sections.values<std::int64_t>("run", 5);
     for (const std::int64_t count : counts) {
-        if (count < 0 || count > kMost) {
+        const bool none_yet = count == -1 && &count == &counts[2]; // of files
+        if ((count < 0 && !none_yet) || count > kMost) {
             throw std::runtime_error("its section \"run\" counts " + std::to_string(count));
         }
     }
