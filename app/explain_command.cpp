@@ -4,6 +4,7 @@
 #include "app/explain_json.hpp"
 #include "app/json_file.hpp"
 #include "app/plan_arguments.hpp"
+#include "hybmss/solve_to_accuracy.hpp"
 #include "simulation/memory.hpp"
 
 #include <CLI/CLI.hpp>
@@ -12,6 +13,8 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <utility>
 
 namespace {
 
@@ -114,6 +117,28 @@ void explain_time(Simulation& simulation) {
                     1e9 * cost / static_cast<double>(simulation.lattice().cell_count())));
 }
 
+void explain_accuracy(const AccuracyReport& report) {
+    fmt::print("accuracy\n");
+    row("wanted",
+        fmt::format("{:g}{}", report.wanted, report.free_mesh ? "; the mesh is free" : "; the scene says which mesh"));
+    row("told by",
+        fmt::format("{} x {} x {} and {} x {} x {} cells, solved now; worst is {}, order {:.2f}",
+                    report.meshes.front().cells[0], report.meshes.front().cells[1], report.meshes.front().cells[2],
+                    report.meshes.back().cells[0], report.meshes.back().cells[1], report.meshes.back().cells[2],
+                    report.quantity, report.order));
+    fmt::print("  {:<10} {:<7} {:<6} {:>9}  {:<20} {:>9} {:>8}\n", "accuracy", "type", "kernel", "tolerance", "cells",
+               "GB", "s, about");
+    for (const AccuracyOffer& offer : report.offers) {
+        fmt::print("  {:<10g} {:<7} {:<6} {:>9.1e}  {:<20} {:>9.2g} {:>8.2g}{}\n", offer.accuracy,
+                   name(offer.precision), "fast", offer.tolerance,
+                   fmt::format("{} x {} x {}", offer.cells[0], offer.cells[1], offer.cells[2]), offer.bytes / 1e9,
+                   offer.seconds,
+                   !offer.fits                       ? "  does not fit"
+                   : offer.accuracy == report.wanted ? "  the wish"
+                                                     : "");
+    }
+}
+
 void explain(const ExplainArguments& arguments) {
     if (arguments.keys) {
         fmt::print("{}", scene_keys_markdown());
@@ -127,8 +152,16 @@ void explain(const ExplainArguments& arguments) {
         throw std::invalid_argument("explain: a SCENE file, --keys or --effects is needed");
     }
     const auto json = open_json_file(arguments.json);
-    const SimulationOptions options = arguments.plan.options();
-    Simulation simulation(load_scene(arguments.scene), options);
+    SimulationOptions options = arguments.plan.options();
+    Scene read = load_scene(arguments.scene);
+    std::optional<AccuracyReport> offers;
+    if (read.solver.accuracy) {
+        Scene chosen;
+        offers = accuracy_offers(read, {options, !arguments.plan.names_precision(), {}}, &chosen);
+        options.precision = offers->precision;
+        read = std::move(chosen);
+    }
+    Simulation simulation(std::move(read), options);
     const Scene& scene = simulation.scene();
     const PlanDescription plan = simulation.describe();
     const SpringCounts unmerged = simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0);
@@ -167,6 +200,9 @@ void explain(const ExplainArguments& arguments) {
     print_candidates(plan);
     if (scene.solver.method == SolverMethod::static_equilibrium) {
         explain_solver(simulation);
+        if (offers) {
+            explain_accuracy(*offers);
+        }
     } else {
         explain_time(simulation);
     }

@@ -15,7 +15,7 @@ void PlanArguments::add_to(CLI::App& command, bool with_layout) {
     command.add_option("--threads", threads, "worker threads at most; 0: all of the machine")
         ->check(CLI::Range(0, 4096))
         ->capture_default_str();
-    command.add_option("--precision", precision, "float or double")->capture_default_str();
+    precision_option_ = command.add_option("--precision", precision, "float or double")->capture_default_str();
     command
         .add_option(
             "--effort", effort,
@@ -28,6 +28,10 @@ void PlanArguments::add_to(CLI::App& command, bool with_layout) {
     if (with_layout) {
         command.add_option("--layout", layout, "how the body lies in memory; default: the plan's choice");
     }
+}
+
+bool PlanArguments::names_precision() const {
+    return precision_option_->count() > 0;
 }
 
 SimulationOptions PlanArguments::options() const {

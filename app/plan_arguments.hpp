@@ -14,7 +14,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+} // namespace CLI
 
 namespace hybmss {
 
@@ -26,6 +27,8 @@ struct PlanArguments {
     std::shared_ptr<Wisdom> wisdom = std::make_shared<Wisdom>(); ///< what options() refers to
 
     void add_to(CLI::App& command, bool with_layout);
+    /// Whether --precision was on the command line.
+    bool names_precision() const;
 
     /// Reads the wisdom where the effort asks for it. Wisdom that is refused is an error for `stored`; for `measure` a
     /// warning on stderr, for then the plan measures. Throws std::invalid_argument for that, and for a name that is not
@@ -34,6 +37,7 @@ struct PlanArguments {
 
 private:
     void read_wisdom(Effort wanted) const;
+    CLI::Option* precision_option_ = nullptr;
 };
 
 /// --tile-nodes and --integration.

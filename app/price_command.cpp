@@ -2,6 +2,7 @@
 #include "app/json_file.hpp"
 #include "app/price/solution_tables.hpp"
 #include "app/price/time_steps.hpp"
+#include "app/price/wish_cases.hpp"
 #include "app/progress_line.hpp"
 #include "calculix/program.hpp"
 #include "hybmss/version.hpp"
@@ -43,11 +44,29 @@ std::vector<paper::Table> price_of_time_steps(const PriceArguments& arguments, c
     return {price::time_step_table(price::measure_time_steps(arguments.quick ? 3 : arguments.whole ? 7 : 5, progress))};
 }
 
+/// 8^3 cells and finer for 2 %; 1 % and less take 30^3 and more of some scenes.
+std::vector<paper::Table> price_of_wishes(const PriceArguments& arguments, const Report& progress) {
+    const std::vector<double> wishes = arguments.quick   ? std::vector<double>{0.05}
+                                       : arguments.whole ? std::vector<double>{0.05, 0.02, 0.01, 0.005}
+                                                         : std::vector<double>{0.05, 0.02};
+    std::vector<price::WishResult> results;
+    for (const price::WishCase& wish : price::wish_cases()) {
+        progress("the limit of " + wish.name);
+        const auto limit = price::limit_figures(wish.scene, (arguments.quick ? 1 : 2) * wish.reference_across);
+        for (const double accuracy : wishes) {
+            progress(fmt::format("{}: accuracy = {:g}", wish.name, accuracy));
+            results.push_back(price::grant(wish, accuracy, limit));
+        }
+    }
+    return {price::wish_table(results)};
+}
+
 struct Priced {
     const char* name;
     std::vector<paper::Table> (*tables)(const PriceArguments&, const Report&);
 };
-constexpr Priced kPriced[] = {{"solution", price_of_solutions}, {"time-steps", price_of_time_steps}};
+constexpr Priced kPriced[] = {
+    {"solution", price_of_solutions}, {"time-steps", price_of_time_steps}, {"accuracy", price_of_wishes}};
 
 std::vector<std::string> priced_names() {
     std::vector<std::string> names;

@@ -4,6 +4,7 @@
 #include "app/progress_line.hpp"
 #include "app/stop_signal.hpp"
 #include "app/summary_table.hpp"
+#include "hybmss/solve_to_accuracy.hpp"
 #include "simulation/results.hpp"
 
 #include <CLI/CLI.hpp>
@@ -80,18 +81,72 @@ private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Simulation open_simulation(const RunArguments& arguments, const SimulationOptions& options, std::string& before) {
-    Scene scene = load_scene(arguments.scene);
+Simulation open_simulation(Scene scene, const RunArguments& arguments, const SimulationOptions& options,
+                           std::string& before) {
     if (!arguments.restart) {
         return Simulation(std::move(scene), options);
     }
     return Simulation::restarted(std::move(scene), options, RunCheckpoint::path(arguments).string(), &before);
 }
 
+/// Warnings on stderr; throws where the run failed.
+void report_end(const RunArguments& arguments, const Simulation& simulation, const Summary& summary) {
+    if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
+        fmt::print(stderr, "hybmss: warning: {}: after the cuts the body has {}\n", arguments.scene, parts);
+    }
+    if (summary.volume.min_cell_volume_ratio <= 0) {
+        // An inverted cell can hold a lattice in a false equilibrium, so a settled result needs this word of caution.
+        fmt::print(
+            stderr,
+            "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); a slower motion may help\n",
+            arguments.scene, summary.volume.min_cell_volume_ratio);
+    }
+    for (const std::string& warning : summary.warnings) {
+        fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, warning);
+    }
+    if (!summary.failure.empty()) {
+        fmt::print(stderr, "hybmss: error: {}: {}\n", arguments.scene, summary.failure);
+        throw CLI::RuntimeError(1);
+    }
+}
+
+/// Nothing is written before the last mesh is solved: the others tell of the error alone.
+void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
+    if (arguments.restart) {
+        throw std::invalid_argument("--restart: a static scene has no checkpoint to go on from");
+    }
+    AccuracyOptions options{arguments.plan.options(), !arguments.plan.names_precision(), {}};
+    ProgressLine line(stderr);
+    options.before_solve = [&](const AccuracyMesh& mesh) {
+        line.show(fmt::format("accuracy = {:g}: {} x {} x {} cells", *scene.solver.accuracy, mesh.cells[0],
+                              mesh.cells[1], mesh.cells[2]));
+    };
+    const AccurateSolution solution = solve_to_accuracy(scene, options);
+    line.clear();
+    std::optional<Results> results = open_results(arguments.out, solution.simulation, "");
+    SimulationOptions used = options.simulation;
+    used.precision = parse_precision(solution.summary.plan.precision);
+    fmt::print("{:<24} {}\n", "body", body_line(solution.simulation, used));
+    if (results) {
+        results->record();
+        results->finish(solution.summary);
+    }
+    fmt::print("{}", summary_table(solution.simulation, solution.summary));
+    if (results) {
+        fmt::print("results in {}\n", arguments.out);
+    }
+    report_end(arguments, solution.simulation, solution.summary);
+}
+
 void run_scene(const RunArguments& arguments) {
+    Scene scene = load_scene(arguments.scene);
+    if (scene.solver.accuracy) {
+        run_to_accuracy(arguments, scene);
+        return;
+    }
     const SimulationOptions options = arguments.plan.options();
     std::string before;
-    Simulation simulation = open_simulation(arguments, options, before);
+    Simulation simulation = open_simulation(std::move(scene), arguments, options, before);
     std::optional<Results> results = open_results(arguments.out, simulation, before);
     std::optional<RunCheckpoint> checkpoint;
     fmt::print("{:<24} {}\n", "body", body_line(simulation, options));
@@ -131,23 +186,7 @@ void run_scene(const RunArguments& arguments) {
     if (results) {
         fmt::print("results in {}\n", arguments.out);
     }
-    if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
-        fmt::print(stderr, "hybmss: warning: {}: after the cuts the body has {}\n", arguments.scene, parts);
-    }
-    if (summary.volume.min_cell_volume_ratio <= 0) {
-        // An inverted cell can hold a lattice in a false equilibrium, so a settled result needs this word of caution.
-        fmt::print(
-            stderr,
-            "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); a slower motion may help\n",
-            arguments.scene, summary.volume.min_cell_volume_ratio);
-    }
-    for (const std::string& warning : summary.warnings) {
-        fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, warning);
-    }
-    if (!summary.failure.empty()) {
-        fmt::print(stderr, "hybmss: error: {}: {}\n", arguments.scene, summary.failure);
-        throw CLI::RuntimeError(1);
-    }
+    report_end(arguments, simulation, summary);
 }
 
 } // namespace

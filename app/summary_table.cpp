@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iterator>
 
 namespace hybmss {
@@ -9,6 +10,12 @@ namespace {
 
 std::string vector_text(const std::array<double, 3>& v) {
     return fmt::format("{:>12.6g} {:>12.6g} {:>12.6g}", v[0], v[1], v[2]);
+}
+
+std::string price_text(const AccuracyOffer& offer) {
+    return fmt::format("{} x {} x {} cells in {}, {:.2g} GB, some {:.2g} s{}", offer.cells[0], offer.cells[1],
+                       offer.cells[2], name(offer.precision), offer.bytes / 1e9, offer.seconds,
+                       offer.fits ? "" : ": more than this machine has room for");
 }
 
 } // namespace
@@ -34,6 +41,22 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
     if (s.work.newton_iterations > 0) {
         row("iterations", fmt::format("{} of Newton's method, {} of conjugate gradients ({})", s.work.newton_iterations,
                                       s.work.cg_iterations, s.work.preconditioner));
+    }
+    if (s.accuracy) {
+        const AccuracyReport& a = *s.accuracy;
+        row("estimated error", fmt::format("{:.2g} ({}; wanted {:g})", a.error_estimate, a.quantity, a.wanted));
+        for (const AccuracyMesh& mesh : a.meshes) {
+            row("  mesh",
+                fmt::format("{} x {} x {} cells, {:.3g} s{}", mesh.cells[0], mesh.cells[1], mesh.cells[2], mesh.seconds,
+                            std::isfinite(mesh.error_estimate)
+                                ? fmt::format(", estimated error {:.2g}", mesh.error_estimate)
+                                : ""));
+        }
+        for (const AccuracyOffer& offer : a.offers) {
+            if (offer.accuracy < a.wanted) {
+                row("  accuracy", fmt::format("{:g} would take {}", offer.accuracy, price_text(offer)));
+            }
+        }
     }
     row("relative volume change", fmt::format("{:.4f} %", 100 * s.volume.relative_volume_change));
     row("cell volume ratio",

@@ -2,6 +2,7 @@
 #include "simulation/one_line.hpp"
 #include "simulation/scene_table.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -12,14 +13,35 @@
 namespace hybmss {
 namespace {
 
+/// A box by its edges: as many cells as its cell size says, or free.
+void read_size(Scene& scene, const SceneTable& table) {
+    Body& body = scene.body;
+    body.size = table.vector("size");
+    body.cell_size = table.has("cell_size") ? table.number("cell_size") : 0;
+    for (std::size_t a = 0; a < 3 && body.cell_size > 0; ++a) {
+        const double cells = body.size[a] / body.cell_size;
+        if (!(cells >= 0.5 && cells < 1e9 && std::abs(cells - std::round(cells)) <= 1e-9 * cells)) {
+            throw scene_error(scene, table.path("size"), "each edge must be a whole number of cells of cell_size");
+        }
+        body.cells[a] = std::llround(cells);
+    }
+}
+
 void read_body(Scene& scene, const SceneTable& table) {
-    const int given = table.has("cells") + table.has("voxels") + table.has("surface");
+    const int given = table.has("cells") + table.has("size") + table.has("voxels") + table.has("surface");
     if (given == 0) {
-        throw table.missing("cells", "or voxels or surface must be given");
+        throw table.missing("cells", "or size, voxels or surface must be given");
     }
     if (given > 1) {
-        throw scene_error(scene, table.path(table.has("surface") ? "surface" : "voxels"),
-                          "only one of cells, voxels and surface may be given");
+        throw scene_error(scene,
+                          table.path(table.has("surface")  ? "surface"
+                                     : table.has("voxels") ? "voxels"
+                                                           : "size"),
+                          "only one of cells, size, voxels and surface may be given");
+    }
+    if (table.has("size")) {
+        read_size(scene, table);
+        return;
     }
     if (table.has("cells")) {
         scene.body.cells = table.counts("cells");
@@ -171,6 +193,13 @@ void read_solver(Scene& scene, const SceneTable& table) {
     }
     if (table.has("load_steps")) {
         scene.solver.load_steps = static_cast<int>(table.integer("load_steps"));
+    }
+    if (table.has("accuracy")) {
+        scene.solver.accuracy = table.number("accuracy");
+        if (scene.solver.method != SolverMethod::static_equilibrium) {
+            throw scene_error(scene, table.path("accuracy"),
+                              "only a static solve tells its error: method must be \"static\"");
+        }
     }
     if (table.has("preconditioner")) {
         scene.solver.preconditioner = parse_preconditioner(table.choice("preconditioner"));
@@ -342,6 +371,10 @@ Scene parse_scene(std::string_view text, const std::string& filename) {
     try {
         const toml::table root = toml::parse(text, std::string_view(filename));
         read_scene(scene, TomlText(text), root);
+        if (scene.body.size[0] > 0 && scene.body.cell_size == 0 && !scene.solver.accuracy) {
+            throw scene_error(scene, "body.size",
+                              "its mesh must be told: by cell_size, or by accuracy in [solver], which chooses it");
+        }
         std::ostringstream canonical;
         canonical << toml::json_formatter(root);
         scene.source.canonical = canonical.str();

@@ -69,9 +69,10 @@ constexpr std::string_view kAxesAllowed = "a string of one to three different le
 
 constexpr TableRule kTables[] = {
     {"body", true, false, false,
-     "The body, made of cubic cells: a box (`cells`), the labelled cells of a voxel file (`voxels`), or the inside of "
+     "The body, made of cubic cells: a box (`cells` or `size`), the labelled cells of a voxel file (`voxels`), or the "
+     "inside of "
      "a "
-     "closed surface (`surface`); one of the three."},
+     "closed surface (`surface`); one of the four."},
     {"material", true, false, false, "One isotropic elastic material."},
     {"label", false, true, false,
      "The stiffness of the cells with one label. Poisson's ratio, density, `face_diagonal_ratio` and `volume_energy` "
@@ -109,6 +110,11 @@ constexpr KeyRule kKeys[] = {
       "a full box of so many cells along x, y and z; its low corner is the origin"},
      counts,
      count},
+    {{"body", "size", "3 numbers", "m", "three numbers, each above 0 and at most 1e9", "none",
+      "a full box with these edges, a whole number of cells; without `cell_size` its mesh is chosen by "
+      "`solver.accuracy`"},
+     vector,
+     positive_bounded},
     {{"body", "voxels", "string", "", "the path of a NumPy (.npy) or NRRD file, from the scene's folder on", "none",
       "cells with a label above 0; the grid's low corner is the origin"},
      text},
@@ -116,7 +122,7 @@ constexpr KeyRule kKeys[] = {
       "cells whose centre lies inside the surface, in its own coordinates (m)"},
      text},
     {{"body", "cell_size", "number", "m", "at least 1e-6 and at most 1e6",
-      "that of an NRRD file with spacings; else required", "edge of a cell"},
+      "that of an NRRD file with spacings; free for a `size` with `solver.accuracy`; else required", "edge of a cell"},
      number,
      cell_size},
 
@@ -278,6 +284,11 @@ constexpr KeyRule kKeys[] = {
       "in time: given, the run ends as soon as the body has settled; see \"Settled\". Static: bound of the residual"},
      number,
      tolerance},
+    {{"solver", "accuracy", "number", "", "at least 1e-9 and at most 0.1", "none",
+      "static: the relative error wanted of the results; chooses float or double, the tolerance and, where the body "
+      "leaves it free, the mesh, see \"Accuracy\""},
+     number,
+     [](double v) { return v >= 1e-9 && v <= 0.1; }},
     {{"solver", "load_steps", "integer", "", "an integer, at least 1 and at most 1e6", "1",
       "static: the first load step is one part in so many of the loading; those after it grow while they find "
       "equilibria"},

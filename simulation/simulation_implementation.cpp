@@ -18,6 +18,9 @@ constexpr double kTimeStepFraction = 0.7;
 constexpr double kImplicitTimeSteps = 20;
 
 Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
+    if (scene.body.size[0] > 0 && scene.body.cell_size == 0) {
+        throw scene_error(scene, "body.size", "its mesh is free; solve_to_accuracy() chooses one");
+    }
     check_size(scene, options, available_bytes());
     return scene_lattice(scene);
 }

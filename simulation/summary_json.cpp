@@ -31,6 +31,32 @@ Json balance_json(const EnergyBalance& b) {
         {"relative_imbalance", b.relative_imbalance()}};
 }
 
+Json accuracy_json(const AccuracyReport& a) {
+    Json json = {{"wanted", a.wanted},       {"error_estimate", a.error_estimate},
+                 {"reached", a.reached()},   {"quantity", a.quantity},
+                 {"order", a.order},         {"free_mesh", a.free_mesh},
+                 {"tolerance", a.tolerance}, {"precision", name(a.precision)}};
+    json["meshes"] = Json::array();
+    for (const AccuracyMesh& mesh : a.meshes) {
+        json["meshes"].push_back({{"cells", mesh.cells}, {"cell_size", mesh.cell_size}, {"seconds", mesh.seconds}});
+        if (std::isfinite(mesh.error_estimate)) {
+            json["meshes"].back()["error_estimate"] = mesh.error_estimate;
+        }
+    }
+    json["offers"] = Json::array();
+    for (const AccuracyOffer& offer : a.offers) {
+        json["offers"].push_back({{"accuracy", offer.accuracy},
+                                  {"precision", name(offer.precision)},
+                                  {"tolerance", offer.tolerance},
+                                  {"cells", offer.cells},
+                                  {"cell_size", offer.cell_size},
+                                  {"bytes", offer.bytes},
+                                  {"seconds", offer.seconds},
+                                  {"fits", offer.fits}});
+    }
+    return json;
+}
+
 } // namespace
 
 std::string summary_json(const Summary& summary) {
@@ -50,6 +76,9 @@ std::string summary_json(const Summary& summary) {
     }
     if (summary.balance) {
         json["energy_balance"] = balance_json(*summary.balance);
+    }
+    if (summary.accuracy) {
+        json["accuracy"] = accuracy_json(*summary.accuracy);
     }
     for (const auto& [name, reading] : summary.obstacles) {
         json["obstacles"][name] = {{"force", reading.force},

@@ -1,5 +1,7 @@
 #include "app/price/reference.hpp"
 
+#include "simulation/clamped_edge.hpp"
+
 #include <cmath>
 #include <stdexcept>
 

@@ -55,8 +55,9 @@ inline constexpr AxisSet kAllAxes = 7;
 /// Cubic cells of one grid: all of them, or those that have a label.
 struct Body {
     std::array<std::int64_t, 3> cells = {1, 1, 1}; ///< of the grid, along x, y and z
-    double cell_size = 1;                          ///< m
-    std::array<double, 3> origin = {0, 0, 0};      ///< low corner of the grid, m
+    double cell_size = 1; ///< m; 0: free, to be chosen by solve_to_accuracy() for a box of the given size
+    std::array<double, 3> origin = {0, 0, 0}; ///< low corner of the grid, m
+    std::array<double, 3> size = {0, 0, 0};   ///< of a full box, m; zero where `cells` tell
     /// One a cell of the grid, x fastest, then y, then z; 0 = no cell there. Empty: every cell, of one material.
     std::vector<std::uint8_t> labels = {};
     std::string voxels = {},
@@ -156,6 +157,8 @@ struct Solver {
     /// Relative. In time, given: the run ends when the body has settled. Static: of the residual; by default 1e-8 in
     /// double, 1e-4 in float.
     std::optional<double> tolerance;
+    /// Static: the relative error wanted of the results. Only solve_to_accuracy() looks at it.
+    std::optional<double> accuracy;
     int load_steps = 1; ///< static: the first load step is one part in so many
     PreconditionerKind preconditioner = PreconditionerKind::automatic; ///< static and backward Euler
 };

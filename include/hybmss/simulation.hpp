@@ -3,7 +3,9 @@
 /// \file
 /// Runs a scene: holds and moves what it says, steps the body, tells when it has settled, and measures.
 
+#include "hybmss/accuracy_report.hpp"
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/precision.hpp"
 #include "hybmss/scene.hpp"
 
 #include <array>
@@ -17,14 +19,6 @@
 #include <vector>
 
 namespace hybmss {
-
-enum class Precision { float32, float64 };
-
-/// "float" or "double".
-std::string_view name(Precision precision);
-
-/// The inverse of name(). Throws std::invalid_argument that lists the names.
-Precision parse_precision(std::string_view text);
 
 struct SimulationOptions {
     Precision precision = Precision::float64;
@@ -119,8 +113,9 @@ struct Summary {
     Energies energies;
     std::vector<ProbeReading> probes;
     std::vector<NamedObstacleReading> obstacles;
-    std::optional<EnergyBalance> balance; ///< where the scene asks for it
-    std::vector<std::string> warnings;    ///< what the results do not show by themselves, a line each
+    std::optional<EnergyBalance> balance;   ///< where the scene asks for it
+    std::optional<AccuracyReport> accuracy; ///< of solve_to_accuracy()
+    std::vector<std::string> warnings;      ///< what the results do not show by themselves, a line each
     long steps = 0;
     double time = 0, time_step = 0, critical_time_step = 0; ///< s
     Settlement settlement;

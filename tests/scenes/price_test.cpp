@@ -2,6 +2,7 @@
 
 #include "app/price/points.hpp"
 #include "app/price/time_steps.hpp"
+#include "simulation/clamped_edge.hpp"
 
 #include <gtest/gtest.h>
 

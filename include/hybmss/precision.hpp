@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string_view>
+
+namespace hybmss {
+
+enum class Precision { float32, float64 };
+
+/// "float" or "double".
+std::string_view name(Precision precision);
+
+/// The inverse of name(). Throws std::invalid_argument that lists the names.
+Precision parse_precision(std::string_view text);
+
+} // namespace hybmss
