@@ -80,7 +80,7 @@ TEST(Accuracy, ChoosesMeshAndType) {
     EXPECT_EQ(loose["accuracy"]["meshes"].back()["cells"][2],
               loose["accuracy"]["meshes"].back()["cells"][0].get<int>() * 3 / 2);
     const nlohmann::json tight =
-        run(static_scene("size = [1, 1, 1.5]\n", "accuracy = 0.02\n"), 0, "--precision double");
+        run(static_scene("size = [1, 1, 1.5]\n", "accuracy = 0.01\n"), 0, "--precision double");
     EXPECT_EQ(tight["plan"]["precision"], "double");
     EXPECT_GT(tight["plan"]["cells"], loose["plan"]["cells"]);
     // The next digit costs more cells, memory and time.
@@ -110,7 +110,7 @@ TEST(Accuracy, WithoutRoomSaysWhatCanBeHad) {
     test::write_text(directory.path() / "s.toml", static_scene("size = [1, 1, 1]\n", "accuracy = 1e-9\n"));
     const test::ProgramResult result = test::run_program("run s.toml --out out", directory.path());
     EXPECT_EQ(result.exit_code, 2);
-    EXPECT_NE(result.errors.find("s.toml:13:12: solver.accuracy = 1e-9: it needs about"), std::string::npos)
+    EXPECT_NE(result.errors.find("s.toml:14:12: solver.accuracy = 1e-9: it needs about"), std::string::npos)
         << result.errors;
     EXPECT_FALSE(std::filesystem::exists(directory.path() / "out"));
 }
@@ -122,7 +122,7 @@ TEST(Accuracy, SingleNodesAreRefused) {
     test::write_text(directory.path() / "s.toml", scene);
     const test::ProgramResult result = test::run_program("run s.toml", directory.path());
     EXPECT_EQ(result.exit_code, 2);
-    EXPECT_NE(result.errors.find("s.toml:16:9: probe.where = {node = 3}: with solver.accuracy"), std::string::npos)
+    EXPECT_NE(result.errors.find("s.toml:17:9: probe.where = {node = 3}: with solver.accuracy"), std::string::npos)
         << result.errors;
 }
 

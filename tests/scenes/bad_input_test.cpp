@@ -56,7 +56,7 @@ const BadLine kBadLines[] = {
     {"AccuracyTooCoarse", "tolerance = 1e-4", "accuracy = 0.5",
      "s.toml:19:12: solver.accuracy = 0.5: it must be at least 1e-9 and at most 0.1"},
     {"AccuracyText", "tolerance = 1e-4", "accuracy = \"high\"",
-     "s.toml:19:12: solver.accuracy = \"high\": it must be at least 1e-9 and at most 0.1"},
+     "s.toml:19:12: solver.accuracy = \"high\": it must be a number at least 1e-9 and at most 0.1"},
     {"VoxelsNumber", "cells = [2, 3, 4]", "voxels = 3", "s.toml:2:10: body.voxels = 3: it must be the path of a NumPy"},
     {"VoxelsAbsent", "cells = [2, 3, 4]", "voxels = \"a.npy\"",
      "s.toml:2:10: body.voxels = \"a.npy\": it cannot be read"},
