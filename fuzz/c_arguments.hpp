@@ -59,6 +59,9 @@ Field Arguments::field(std::size_t nodes) {
     Field field = {};
     field.precision = precision();
     field.stride = seldom() ? any<std::int32_t>() : below(5);
+    if (field.stride > 0 && nodes > kLongestField / static_cast<std::size_t>(field.stride)) {
+        field.stride = 1; // of the right count, so far apart, they would be a field of memory that is not there
+    }
     field.count = seldom() ? any<std::size_t>() : seldom() ? static_cast<std::size_t>(below(64)) : nodes;
     const std::size_t stride = field.stride > 0 ? static_cast<std::size_t>(field.stride) : 1;
     const bool too_long = field.count > kLongestField / stride;
