@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace hybmss {
@@ -26,13 +27,14 @@ struct Component {
     T* first;
     std::ptrdiff_t stride;
 };
-template <class T>
-Component<T> component(NodeField<T>& field, std::size_t c) {
+/// `Field`: NodeField<T> or const NodeField<T>. Null where a body has no nodes.
+template <class Field>
+auto component(Field& field, std::size_t c) {
+    using T = std::remove_pointer_t<decltype(field[0].data())>;
+    if (field[0].size() == 0) {
+        return Component<T>{nullptr, 1};
+    }
     return field[1].size() > 0 ? Component<T>{field[c].data(), 1} : Component<T>{field[0].data() + c, 4};
-}
-template <class T>
-Component<const T> component(const NodeField<T>& field, std::size_t c) {
-    return field[1].size() > 0 ? Component<const T>{field[c].data(), 1} : Component<const T>{field[0].data() + c, 4};
 }
 
 /// What changes while a body is used: one for every execution at a time.
