@@ -112,6 +112,15 @@ std::string SceneTable::text(std::string_view key) const {
     return *value;
 }
 
+std::string SceneTable::name(std::string_view key) const {
+    std::string value = text(key);
+    if (value.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") !=
+        std::string::npos) {
+        throw not_allowed(key);
+    }
+    return value;
+}
+
 std::string SceneTable::choice(std::string_view key) const {
     const std::string word = text(key);
     std::string_view choices = rule(key).choices;

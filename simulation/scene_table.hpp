@@ -27,6 +27,8 @@ public:
     /// One of the key's choices.
     std::string choice(std::string_view key) const;
     std::string text(std::string_view key) const;
+    /// A text of letters, digits, _ and - alone.
+    std::string name(std::string_view key) const;
     AxisSet axes(std::string_view key) const;
     Region region(std::string_view key) const;
     BoxRegion box(std::string_view key) const;

@@ -13,19 +13,10 @@ namespace {
 using testing::floor_at;
 using testing::kEdge;
 using testing::kMaterial;
+using testing::rest_depth;
+using testing::stiffness_of;
 using testing::TouchingBody;
 using testing::Vector;
-
-/// The obstacle stiffness that is `part` of the body's own, 1/dt^2.
-double stiffness_of(double part) {
-    const double dt = ForcePlan<double>(Lattice::box(1, 1, 1, kEdge), kMaterial).critical_time_step();
-    return part / (dt * dt);
-}
-
-/// A rigid body under its weight sinks until sum m w^2 p = M g: one face of a box of n layers has 1/(2 n) of its mass.
-double rest_depth(int layers, double gravity, double stiffness) {
-    return 2 * layers * gravity / stiffness;
-}
 
 template <class T>
 class Contact : public ::testing::Test {};

@@ -76,4 +76,15 @@ inline Obstacle floor_at(double height, double friction = 0, double stiffness = 
             .stiffness = stiffness};
 }
 
+/// The obstacle stiffness that is `part` of the body's own, 1/dt^2.
+inline double stiffness_of(double part) {
+    const double dt = ForcePlan<double>(Lattice::box(1, 1, 1, kEdge), kMaterial).critical_time_step();
+    return part / (dt * dt);
+}
+
+/// A rigid body under its weight sinks until sum m w^2 p = M g: one face of a box of n layers has 1/(2 n) of its mass.
+inline double rest_depth(int layers, double gravity, double stiffness) {
+    return 2 * layers * gravity / stiffness;
+}
+
 } // namespace hybmss::testing
