@@ -23,7 +23,7 @@ namespace {
 using namespace hybmss;
 
 struct BenchArguments {
-    std::string json, filter, instruction_set = "automatic", layout, accuracy = "fast";
+    std::string json, filter, instruction_set = "automatic", layout, accuracy = "accurate";
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
@@ -54,7 +54,7 @@ Selection select(const BenchArguments& arguments) {
             ? available_instruction_sets()
             : std::vector<InstructionSet>{resolve(parse_instruction_set(arguments.instruction_set))};
     choices.threads = arguments.threads;
-    choices.accuracy = arguments.accuracy == "exact" ? Accuracy::exact : Accuracy::fast;
+    choices.accuracy = parse_accuracy(arguments.accuracy);
     if (arguments.limits) {
         return {bench::limits_benchmark(choices, arguments.seconds), bench::kLimitsIntroduction};
     }
@@ -145,8 +145,8 @@ void add_bench_command(CLI::App& app) {
         ->add_option("--layout", arguments->layout,
                      "a layout's name; lattice or network: the plan's choice for a body so given; or all")
         ->excludes(limits);
-    command->add_option("--accuracy", arguments->accuracy, "fast or exact")
-        ->check(CLI::IsMember({"fast", "exact"}))
+    command->add_option("--accuracy", arguments->accuracy, "fast, accurate or exact")
+        ->check(CLI::IsMember({"fast", "accurate", "exact"}))
         ->capture_default_str();
     command->add_option("--threads", arguments->threads, "thread counts, e.g. 1,2")
         ->delimiter(',')

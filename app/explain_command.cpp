@@ -126,11 +126,11 @@ void explain_accuracy(const AccuracyReport& report) {
                     report.meshes.front().cells[0], report.meshes.front().cells[1], report.meshes.front().cells[2],
                     report.meshes.back().cells[0], report.meshes.back().cells[1], report.meshes.back().cells[2],
                     report.quantity, report.order));
-    fmt::print("  {:<10} {:<7} {:<6} {:>9}  {:<20} {:>9} {:>8}\n", "accuracy", "type", "kernel", "tolerance", "cells",
+    fmt::print("  {:<10} {:<7} {:<8} {:>9}  {:<20} {:>9} {:>8}\n", "accuracy", "type", "kernel", "tolerance", "cells",
                "GB", "s, about");
     for (const AccuracyOffer& offer : report.offers) {
-        fmt::print("  {:<10g} {:<7} {:<6} {:>9.1e}  {:<20} {:>9.2g} {:>8.2g}{}\n", offer.accuracy,
-                   name(offer.precision), "fast", offer.tolerance,
+        fmt::print("  {:<10g} {:<7} {:<8} {:>9.1e}  {:<20} {:>9.2g} {:>8.2g}{}\n", offer.accuracy,
+                   name(offer.precision), name(Accuracy::accurate), offer.tolerance,
                    fmt::format("{} x {} x {}", offer.cells[0], offer.cells[1], offer.cells[2]), offer.bytes / 1e9,
                    offer.seconds,
                    !offer.fits                       ? "  does not fit"

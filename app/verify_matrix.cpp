@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStrains[] = {1e-6, 1e-3, 0.1, 0.5};
+constexpr double kStrains[] = {1e-7, 1e-3, 0.1, 0.5};
 
 /// What the reference says of one body at one strain; computed once, compared with every kernel.
 struct Expected {
@@ -151,7 +151,7 @@ std::vector<RowKey> kernel_keys(const TestBody& body, const std::vector<Instruct
     std::vector<RowKey> keys;
     for (const std::string& layout : layouts) {
         for (const InstructionSet set : sets) {
-            for (const Accuracy accuracy : {Accuracy::fast, Accuracy::exact}) {
+            for (const Accuracy accuracy : {Accuracy::fast, Accuracy::accurate, Accuracy::exact}) {
                 keys.push_back({"", layout, set, accuracy, precision, "", 0});
             }
         }

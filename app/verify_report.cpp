@@ -33,7 +33,7 @@ const Row* companion(const RowTable& table, const Row& forces, const char* check
 }
 
 std::string kernel_columns(const RowKey& key) {
-    return fmt::format("{:<13} {:<7} {:<6} {:<7}", key.layout, name(key.instruction_set), name(key.accuracy),
+    return fmt::format("{:<13} {:<7} {:<8} {:<7}", key.layout, name(key.instruction_set), name(key.accuracy),
                        key.precision);
 }
 
@@ -42,7 +42,7 @@ std::string measure(const Row& row) {
 }
 
 void print_properties(const RowTable& table, std::ostream& out) {
-    out << fmt::format("{:<13} {:<7} {:<6} {:<7} {:<21} {:>6} {:>9} {:>6}  {:<6}  {}\n", "layout", "isa", "level",
+    out << fmt::format("{:<13} {:<7} {:<8} {:<7} {:<21} {:>6} {:>9} {:>6}  {:<6}  {}\n", "layout", "isa", "level",
                        "type", "property", "cases", "error", "limit", "result", "worst at");
     for (const Row& row : table.rows()) {
         if (!is_printed_with_forces(row.key)) {
@@ -53,7 +53,7 @@ void print_properties(const RowTable& table, std::ostream& out) {
 }
 
 void print_forces(const RowTable& table, std::ostream& out) {
-    out << fmt::format("\n{:<13} {:<7} {:<6} {:<7} {:<21} {:>7} {:>6} {:>9} {:>6} {:>9} {:>6} {:>9} {:>6}  {:<6}  {}\n",
+    out << fmt::format("\n{:<13} {:<7} {:<8} {:<7} {:<21} {:>7} {:>6} {:>9} {:>6} {:>9} {:>6} {:>9} {:>6}  {:<6}  {}\n",
                        "layout", "isa", "level", "type", "variant", "strain", "bodies", "forces", "limit", "energy",
                        "limit", "K p", "limit", "result", "worst at");
     for (const Row& row : table.rows()) {

@@ -21,10 +21,6 @@ void RowTable::record(const RowKey& key, double error, const std::string& body) 
     ++row->cases;
 }
 
-std::string name(Accuracy accuracy) {
-    return accuracy == Accuracy::exact ? "exact" : "fast";
-}
-
 double epsilon(const std::string& precision) {
     return precision == "float" ? static_cast<double>(std::numeric_limits<float>::epsilon())
                                 : std::numeric_limits<double>::epsilon();

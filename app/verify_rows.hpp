@@ -16,7 +16,7 @@ struct RowKey {
     std::string check;  ///< "forces", "energy", "hessian product", or one of the properties
     std::string layout; ///< as the plan names it
     InstructionSet instruction_set = InstructionSet::automatic;
-    Accuracy accuracy = Accuracy::fast;
+    Accuracy accuracy = Accuracy::accurate;
     std::string precision; ///< "float" or "double"
     std::string variant;   ///< "" where the check covers all variants
     double strain = 0;     ///< 0 where the check has no strain
@@ -43,9 +43,6 @@ public:
 private:
     std::vector<Row> rows_; ///< in order of first appearance
 };
-
-/// "fast" or "exact".
-std::string name(Accuracy accuracy);
 
 /// epsilon of the named precision ("float" or "double").
 double epsilon(const std::string& precision);

@@ -77,9 +77,10 @@ void measure(benchmark::State& state, const BenchRow& row) {
 
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
     return printed("%-14s %-12s %-7s %-6s %7d %5.0f %8.2f %8.1f %8.2f %8.2f", mesh_name(row).c_str(),
-                   row.layout.c_str(), std::string(name(row.instruction_set)).c_str(), name(row.precision).c_str(),
-                   row.threads, counter(run, "threads_used"), counter(run, "ns_per_cell"),
-                   1e-6 * counter(run, "cells_per_second"), counter(run, "speed_up"), counter(run, "quiet_speed_up"));
+                   row.layout.c_str(), std::string(name(row.instruction_set)).c_str(),
+                   std::string(name(row.precision)).c_str(), row.threads, counter(run, "threads_used"),
+                   counter(run, "ns_per_cell"), 1e-6 * counter(run, "cells_per_second"), counter(run, "speed_up"),
+                   counter(run, "quiet_speed_up"));
 }
 
 } // namespace

@@ -24,14 +24,6 @@ std::string name(Model model) {
     }
 }
 
-std::string name(Precision precision) {
-    return precision == Precision::float32 ? "float" : "double";
-}
-
-std::string name(Accuracy accuracy) {
-    return accuracy == Accuracy::fast ? "fast" : "exact";
-}
-
 std::string mesh_name(const BenchRow& row) {
     if (row.wall > 0) {
         return "hollow-ball-" + std::to_string(row.mesh[0]);
@@ -40,9 +32,10 @@ std::string mesh_name(const BenchRow& row) {
 }
 
 std::string name(const BenchRow& row, const std::string& operation) {
+    const std::string level = row.accuracy == Accuracy::accurate ? "" : std::string(name(row.accuracy)) + "/";
     return operation + "/" + mesh_name(row) + "/" + name(row.model) + "/" + row.layout + "/" +
-           std::string(name(row.instruction_set)) + "/" + name(row.precision) +
-           (row.accuracy == Accuracy::exact ? "/exact" : "") + "/threads:" + std::to_string(row.threads);
+           std::string(name(row.instruction_set)) + "/" + std::string(name(row.precision)) + "/" + level +
+           "threads:" + std::to_string(row.threads);
 }
 
 Lattice row_lattice(const BenchRow& row) {

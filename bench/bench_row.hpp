@@ -13,7 +13,7 @@
 
 namespace hybmss::bench {
 
-enum class Precision { float32, float64 };
+using hybmss::Precision;
 
 /// Golec et al.'s three variants, at nu = 0.499.
 enum class Model {
@@ -23,7 +23,7 @@ enum class Model {
 };
 
 /// What one row measures. Its name holds every field: operation/mesh/model/layout/instruction set/precision/threads,
-/// and "exact" behind the precision where the accuracy is that.
+/// and behind the precision the accuracy, where it is not `accurate`.
 struct BenchRow {
     std::array<int, 3> mesh = {10, 10, 10}; ///< cells
     Model model = Model::hybmss;
@@ -32,7 +32,7 @@ struct BenchRow {
     InstructionSet instruction_set = InstructionSet::automatic;
     Precision precision = Precision::float32;
     int threads = 1;
-    Accuracy accuracy = Accuracy::fast;
+    Accuracy accuracy = Accuracy::accurate;
     int wall = 0; ///< above 0: a hollow ball in mesh[0]^3 cells, its wall so many cells thick; else a box
 };
 
@@ -42,15 +42,13 @@ struct RowChoices {
     std::vector<std::string> layouts = {"lattice", "network"};
     std::vector<Precision> precisions = {Precision::float32, Precision::float64};
     std::vector<int> threads = {1, 2};
-    Accuracy accuracy = Accuracy::fast;
+    Accuracy accuracy = Accuracy::accurate;
 };
 
 /// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1"; `operation` is "step" or "hessian".
 std::string name(const BenchRow& row, const std::string& operation = "step");
 std::string mesh_name(const BenchRow& row); ///< e.g. "10x10x10", "hollow-ball-64"
 std::string name(Model model);              ///< "HybMSS", "HybMSS-FD" or "HybMSS-CF"
-std::string name(Precision precision);      ///< "float" or "double"
-std::string name(Accuracy accuracy);        ///< "fast" or "exact"
 
 /// The body, its material and the plan's options that a row asks for.
 Lattice row_lattice(const BenchRow& row);

@@ -105,12 +105,12 @@ std::vector<Row> cutting_benchmark(const RowChoices& choices) {
                                                                             : measure<double>(state, row, edge);
                                     },
                                     [row](const auto& run) {
-                                        return printed("%-14s %-12s %-7s %-6s %8.0f %10.1f %16.1f %10.0f",
-                                                       mesh_name(row).c_str(), run.report_label.c_str(),
-                                                       std::string(name(row.instruction_set)).c_str(),
-                                                       name(row.precision).c_str(), counter(run, "removed_cells"),
-                                                       counter(run, "us_per_bite"), counter(run, "ns_per_removed_cell"),
-                                                       counter(run, "anew_per_bite"));
+                                        return printed(
+                                            "%-14s %-12s %-7s %-6s %8.0f %10.1f %16.1f %10.0f", mesh_name(row).c_str(),
+                                            run.report_label.c_str(), std::string(name(row.instruction_set)).c_str(),
+                                            std::string(name(row.precision)).c_str(), counter(run, "removed_cells"),
+                                            counter(run, "us_per_bite"), counter(run, "ns_per_removed_cell"),
+                                            counter(run, "anew_per_bite"));
                                     }});
                 }
             }

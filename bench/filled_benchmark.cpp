@@ -46,9 +46,9 @@ void measure(benchmark::State& state, const BenchRow& row) {
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
     return printed("%-16s %-12s %-7s %-6s %7d %9.0f %7.1f %% %9.2f %8.2f %10.1f %8.2f", mesh_name(row).c_str(),
                    run.report_label.c_str(), std::string(name(row.instruction_set)).c_str(),
-                   name(row.precision).c_str(), row.threads, counter(run, "cells"), 100 * counter(run, "filled"),
-                   counter(run, "ns_per_cell"), counter(run, "ratio_to_64"), counter(run, "bytes_per_cell"),
-                   counter(run, "bytes_ratio_to_64"));
+                   std::string(name(row.precision)).c_str(), row.threads, counter(run, "cells"),
+                   100 * counter(run, "filled"), counter(run, "ns_per_cell"), counter(run, "ratio_to_64"),
+                   counter(run, "bytes_per_cell"), counter(run, "bytes_ratio_to_64"));
 }
 
 } // namespace

@@ -94,11 +94,11 @@ void measure(benchmark::State& state, const BenchRow& row) {
 }
 
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
-    return printed("%-20s %-12s %-7s %-6s %-5s %7d %5.0f %8.2f %10.1f %8.2f %6.2f %8.2f", "", row.layout.c_str(),
-                   std::string(name(row.instruction_set)).c_str(), name(row.precision).c_str(),
-                   name(row.accuracy).c_str(), row.threads, counter(run, "threads_used"), counter(run, "ns_per_cell"),
-                   counter(run, "cells_per_second") / 1e6, counter(run, "step_ns_per_cell"),
-                   counter(run, "ratio_to_step"), counter(run, "ratio_to_reference"));
+    return printed("%-20s %-12s %-7s %-6s %-8s %7d %5.0f %8.2f %10.1f %8.2f %6.2f %8.2f", "", row.layout.c_str(),
+                   std::string(name(row.instruction_set)).c_str(), std::string(name(row.precision)).c_str(),
+                   std::string(name(row.accuracy)).c_str(), row.threads, counter(run, "threads_used"),
+                   counter(run, "ns_per_cell"), counter(run, "cells_per_second") / 1e6,
+                   counter(run, "step_ns_per_cell"), counter(run, "ratio_to_step"), counter(run, "ratio_to_reference"));
 }
 
 } // namespace
@@ -109,7 +109,7 @@ std::vector<Row> hessian_benchmark(const std::vector<BenchRow>& rows, double sec
         const std::string group = mesh_name(row) + " " + name(row.model);
         measured.push_back(
             {name(row, "hessian"), row.threads,
-             printed("%-20s %-12s %-7s %-6s %-5s %7s %5s %8s %10s %8s %6s %8s", group.c_str(), "layout", "isa", "type",
+             printed("%-20s %-12s %-7s %-6s %-8s %7s %5s %8s %10s %8s %6s %8s", group.c_str(), "layout", "isa", "type",
                      "acc.", "threads", "used", "ns/cell", "Mcells/s", "step ns", "steps", "x ref"),
              std::max(3L, std::lround(seconds / (3 * kSliceSeconds))),
              [row](benchmark::State& state) {

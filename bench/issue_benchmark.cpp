@@ -60,13 +60,13 @@ Row issue_row(InstructionSet set, Precision precision, double seconds, std::shar
     for (const char* kind : kIssueNames) {
         heading += printed(" %16s", kind);
     }
-    return {"limits/issue/" + set_name + "/" + name(precision),
+    return {"limits/issue/" + set_name + "/" + std::string(name(precision)),
             1,
             heading + "   (vector operations a ns)",
             std::max(3L, std::lround(seconds / (kIssueCount * kIssueSlice))),
             [=](benchmark::State& state) { measure(state, set, precision, *times); },
             [=](const auto& run) {
-                std::string line = printed("%-8s %-6s", set_name.c_str(), name(precision).c_str());
+                std::string line = printed("%-8s %-6s", set_name.c_str(), std::string(name(precision)).c_str());
                 for (const char* kind : kIssueNames) {
                     const double rate = counter(run, kind);
                     line += rate > 0 ? printed(" %16.3f", rate) : printed(" %16s", "-");

@@ -63,20 +63,20 @@ std::vector<Row> memory_table(const RowChoices& choices) {
                 row.layout = layout;
                 row.instruction_set = choices.instruction_sets.back();
                 row.precision = precision;
-                rows.push_back({"memory/" + name(shape) + "/" + layout + "/" + name(precision), 1, heading, 1,
-                                [=](benchmark::State& state) {
-                                    precision == Precision::float32 ? fill<float>(state, shape, row)
-                                                                    : fill<double>(state, shape, row);
-                                },
-                                [=](const auto& run) {
-                                    return printed("%-16s %-12s %-18s %-6s %9.0f %9.0f %14.1f %14.1f %14.1f %14.1f",
-                                                   name(shape).c_str(), layout.c_str(), run.report_label.c_str(),
-                                                   name(precision).c_str(), counter(run, "nodes"),
-                                                   counter(run, "cells"), counter(run, "plan_bytes_per_node"),
-                                                   counter(run, "plan_bytes_per_cell"),
-                                                   counter(run, "dynamics_bytes_per_node"),
-                                                   counter(run, "dynamics_bytes_per_cell"));
-                                }});
+                rows.push_back(
+                    {"memory/" + name(shape) + "/" + layout + "/" + std::string(name(precision)), 1, heading, 1,
+                     [=](benchmark::State& state) {
+                         precision == Precision::float32 ? fill<float>(state, shape, row)
+                                                         : fill<double>(state, shape, row);
+                     },
+                     [=](const auto& run) {
+                         return printed("%-16s %-12s %-18s %-6s %9.0f %9.0f %14.1f %14.1f %14.1f %14.1f",
+                                        name(shape).c_str(), layout.c_str(), run.report_label.c_str(),
+                                        std::string(name(precision)).c_str(), counter(run, "nodes"),
+                                        counter(run, "cells"), counter(run, "plan_bytes_per_node"),
+                                        counter(run, "plan_bytes_per_cell"), counter(run, "dynamics_bytes_per_node"),
+                                        counter(run, "dynamics_bytes_per_cell"));
+                     }});
             }
         }
     }

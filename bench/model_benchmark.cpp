@@ -42,9 +42,10 @@ void measure(benchmark::State& state, const BenchRow& row) {
 
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
     return printed("%-12s %-10s %-7s %-6s %7d %8.2f %8.2f %10.1f %% %9.2f %9.2f %8.0f %%", mesh_name(row).c_str(),
-                   name(row.model).c_str(), std::string(name(row.instruction_set)).c_str(), name(row.precision).c_str(),
-                   row.threads, counter(run, "ns_per_cell"), counter(run, "full_ns_per_cell"),
-                   100 * counter(run, "operations_share"), counter(run, "speed_up"), counter(run, "speed_up_by_count"),
+                   name(row.model).c_str(), std::string(name(row.instruction_set)).c_str(),
+                   std::string(name(row.precision)).c_str(), row.threads, counter(run, "ns_per_cell"),
+                   counter(run, "full_ns_per_cell"), 100 * counter(run, "operations_share"), counter(run, "speed_up"),
+                   counter(run, "speed_up_by_count"),
                    100 * counter(run, "speed_up") / counter(run, "speed_up_by_count"));
 }
 

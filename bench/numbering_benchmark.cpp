@@ -44,7 +44,7 @@ void measure(benchmark::State& state, const BenchRow& row) {
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
     return printed("%-12s %-10s %-12s %-7s %-6s %7d %10.2f %10.2f %8.1f %17.2f", mesh_name(row).c_str(),
                    name(row.model).c_str(), run.report_label.c_str(), std::string(name(row.instruction_set)).c_str(),
-                   name(row.precision).c_str(), row.threads, counter(run, "ns_per_spring"),
+                   std::string(name(row.precision)).c_str(), row.threads, counter(run, "ns_per_spring"),
                    counter(run, "ordered_ns_per_spring"), counter(run, "bytes_per_spring"),
                    counter(run, "ratio_to_ordered"));
 }

@@ -100,10 +100,14 @@ KernelCount count_set(const BenchRow& row) {
     using F = kernels::Counted<float, set>;
     using D = kernels::Counted<double, set>;
     const bool single = row.precision == Precision::float32;
-    if (row.accuracy == Accuracy::exact) {
+    switch (row.accuracy) {
+    case Accuracy::fast:
+        return single ? count_model<Accuracy::fast, F>(row.model) : count_model<Accuracy::fast, D>(row.model);
+    case Accuracy::exact:
         return single ? count_model<Accuracy::exact, F>(row.model) : count_model<Accuracy::exact, D>(row.model);
+    default:
+        return single ? count_model<Accuracy::accurate, F>(row.model) : count_model<Accuracy::accurate, D>(row.model);
     }
-    return single ? count_model<Accuracy::fast, F>(row.model) : count_model<Accuracy::fast, D>(row.model);
 }
 
 } // namespace

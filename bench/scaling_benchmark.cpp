@@ -120,9 +120,10 @@ std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& r
     }
     const double ratio = counter(run, "ratio_to_reference");
     return printed("%-14s %-12s %-7s %-6s %7d %5.0f %8.2f %8.2f %8.2f %8.2f %10.1f %8s", mesh_name(row).c_str(),
-                   row.layout.c_str(), std::string(name(row.instruction_set)).c_str(), name(row.precision).c_str(),
-                   row.threads, counter(run, "threads_used"), counter(run, "ns_per_cell"), counter(run, "ratio_to_32"),
-                   counter(run, "speed_up"), counter(run, "quiet_speed_up"), counter(run, "bytes_per_node"),
+                   row.layout.c_str(), std::string(name(row.instruction_set)).c_str(),
+                   std::string(name(row.precision)).c_str(), row.threads, counter(run, "threads_used"),
+                   counter(run, "ns_per_cell"), counter(run, "ratio_to_32"), counter(run, "speed_up"),
+                   counter(run, "quiet_speed_up"), counter(run, "bytes_per_node"),
                    ratio > 0 ? printed("%.2f", ratio).c_str() : "-");
 }
 

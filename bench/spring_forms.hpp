@@ -21,8 +21,8 @@ inline constexpr const char* kStateFormNames[kStateForms] = {"displacement", "po
 
 /// How 1 / sqrt is found.
 enum class Root {
-    approximate, ///< the processor's estimate
-    refined,     ///< the estimate made as good as the type
+    approximate, ///< the processor's estimate; of displacements, Accuracy::fast
+    refined,     ///< the estimate made as good as the type; of displacements, Accuracy::accurate
     exact        ///< rounded square root and division
 };
 inline constexpr int kRoots = 3;
@@ -49,8 +49,8 @@ struct SpringGrid {
 template <class T>
 using SpringSweep = void (*)(const SpringGrid<T>& grid);
 
-/// The sweeps of one instruction set; null where it has no estimate of the root, and where the
-/// library does not refine it.
+/// The sweeps of one instruction set; null where it has no estimate of the root, and where the library's level is the
+/// next better one.
 struct SpringForms {
     SpringSweep<float> single[kStateForms][kRoots];
     SpringSweep<double> twice[kStateForms][kRoots];

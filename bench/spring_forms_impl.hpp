@@ -14,18 +14,11 @@ namespace {
 
 using namespace hybmss::kernels;
 
-/// 1 - 1 / sqrt(1 + s). The estimate t alone serves as s t^2 / (1 + t), which has no cancellation.
+/// 1 - 1 / sqrt(1 + s): the library's own levels.
 template <Root root, class V>
 HYBMSS_INLINE V factor_of_stretch(V s) {
-    if constexpr (root == Root::exact) {
-        return one_minus_rsqrt<Accuracy::exact>(s);
-    } else if constexpr (root == Root::refined) {
-        return one_minus_rsqrt<Accuracy::fast>(s);
-    } else {
-        const V one = splat<V>(1);
-        const V t = reciprocal_square_root_seed(maximum(s + one, splat<V>(Scalar<V>(0x1p-20))));
-        return s * t * t / (one + t);
-    }
+    constexpr Accuracy kLevels[kRoots] = {Accuracy::fast, Accuracy::accurate, Accuracy::exact};
+    return one_minus_rsqrt<kLevels[static_cast<int>(root)]>(s);
 }
 
 /// 1 - 1 / sqrt(w), w = |d|^2 / l^2. A Newton step t <- t (3 - w t^2) / 2 doubles the digits.
@@ -102,13 +95,13 @@ void sweep(const SpringGrid<Scalar<V>>& grid) {
     }
 }
 
-/// Null where there is no such sweep. Of displacements, `refined` is the library's Accuracy::fast, which takes rounded
-/// roots where the estimate has few digits.
+/// Null where there is no such sweep: without an estimate, and of displacements where a level is the next better one.
 template <StateForm form, Root root, class V>
 constexpr SpringSweep<Scalar<V>> sweep_of() {
     constexpr Seed kSeed = seed_quality<V>();
-    constexpr bool kFastIsExact = form == StateForm::displacement && root == Root::refined && kSeed == Seed::bits11;
-    if constexpr ((root != Root::exact && kSeed == Seed::none) || kFastIsExact) {
+    constexpr bool kSame = form == StateForm::displacement && ((root == Root::refined && kSeed == Seed::bits11) ||
+                                                               (root == Root::approximate && kSeed == Seed::bits8));
+    if constexpr ((root != Root::exact && kSeed == Seed::none) || kSame) {
         return nullptr;
     } else {
         return sweep<form, root, V>;

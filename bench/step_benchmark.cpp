@@ -67,11 +67,12 @@ void measure(benchmark::State& state, const BenchRow& row) {
 }
 
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
-    return printed("%-20s %-12s %-7s %-6s %-5s %7d %5.0f %8.2f %10.1f %11.1f %10.1f %8.2f", "", row.layout.c_str(),
-                   std::string(name(row.instruction_set)).c_str(), name(row.precision).c_str(),
-                   name(row.accuracy).c_str(), row.threads, counter(run, "threads_used"), counter(run, "ns_per_cell"),
-                   counter(run, "cells_per_second") / 1e6, counter(run, "springs_per_second") / 1e6,
-                   counter(run, "bytes_per_cell"), counter(run, "ratio_to_reference"));
+    return printed("%-20s %-12s %-7s %-6s %-8s %7d %5.0f %8.2f %10.1f %11.1f %10.1f %8.2f", "", row.layout.c_str(),
+                   std::string(name(row.instruction_set)).c_str(), std::string(name(row.precision)).c_str(),
+                   std::string(name(row.accuracy)).c_str(), row.threads, counter(run, "threads_used"),
+                   counter(run, "ns_per_cell"), counter(run, "cells_per_second") / 1e6,
+                   counter(run, "springs_per_second") / 1e6, counter(run, "bytes_per_cell"),
+                   counter(run, "ratio_to_reference"));
 }
 
 } // namespace
@@ -82,7 +83,7 @@ std::vector<Row> step_benchmark(const std::vector<BenchRow>& rows, double second
         const std::string group = mesh_name(row) + " " + name(row.model);
         measured.push_back(
             {name(row), row.threads,
-             printed("%-20s %-12s %-7s %-6s %-5s %7s %5s %8s %10s %11s %10s %8s", group.c_str(), "layout", "isa",
+             printed("%-20s %-12s %-7s %-6s %-8s %7s %5s %8s %10s %11s %10s %8s", group.c_str(), "layout", "isa",
                      "type", "acc.", "threads", "used", "ns/cell", "Mcells/s", "Msprings/s", "bytes/cell", "x ref"),
              std::max(3L, std::lround(seconds / (2 * kSliceSeconds))),
              [row](benchmark::State& state) {

@@ -136,10 +136,11 @@ void measure(benchmark::State& state, const BenchRow& row, FastestTimes& fastest
 
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
     return printed(
-        "%-12s %-10s %-7s %-6s %-5s %8.0f %5.0f %5.0f %5.0f %6.0f %5.0f %5.0f %8.2f %8.2f %8.2f %-10s %6.0f %%",
+        "%-12s %-10s %-7s %-6s %-8s %8.0f %5.0f %5.0f %5.0f %6.0f %5.0f %5.0f %8.2f %8.2f %8.2f %-10s %6.0f %%",
         mesh_name(row).c_str(), name(row.model).c_str(), std::string(name(row.instruction_set)).c_str(),
-        name(row.precision).c_str(), name(row.accuracy).c_str(), counter(run, "slots_per_16_cells"),
-        counter(run, "multiplications_per_vector"), counter(run, "additions_per_vector"),
+        std::string(name(row.precision)).c_str(), std::string(name(row.accuracy)).c_str(),
+        counter(run, "slots_per_16_cells"), counter(run, "multiplications_per_vector"),
+        counter(run, "additions_per_vector"),
         counter(run, "others_per_vector") + counter(run, "estimates_per_vector") +
             counter(run, "roots_and_divisions_per_vector"),
         counter(run, "stores_per_vector"), counter(run, "bytes_read_per_node"), counter(run, "bytes_written_per_node"),
@@ -151,7 +152,7 @@ std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& r
 
 Row step_limits_row(const BenchRow& row, double seconds, std::shared_ptr<FastestTimes> times) {
     const std::string heading =
-        printed("%-12s %-10s %-7s %-6s %-5s %8s %5s %5s %5s %6s %5s %5s %8s %8s %8s %-10s %8s", "ns/cell", "model",
+        printed("%-12s %-10s %-7s %-6s %-8s %8s %5s %5s %5s %6s %5s %5s %8s %8s %8s %-10s %8s", "ns/cell", "model",
                 "isa", "type", "acc.", "slots/16", "mul", "add", "other", "stores", "B in", "B out", "arith.", "memory",
                 "measured", "bound by", "reached");
     return {"limits/" + name(row),

@@ -17,6 +17,19 @@ bool truth(int value, const char* name) {
     return value == 1;
 }
 
+Accuracy given_accuracy(hybmss_accuracy accuracy) {
+    switch (accuracy) {
+    case HYBMSS_ACCURATE:
+        return Accuracy::accurate;
+    case HYBMSS_EXACT:
+        return Accuracy::exact;
+    case HYBMSS_FAST:
+        return Accuracy::fast;
+    }
+    throw std::invalid_argument("accuracy = " + std::to_string(accuracy) +
+                                " is not allowed: it must be 0 (HYBMSS_ACCURATE), 1 (HYBMSS_EXACT) or 2 (HYBMSS_FAST)");
+}
+
 } // namespace
 
 GivenOptions::GivenOptions(const hybmss_plan_options* given) {
@@ -27,7 +40,7 @@ GivenOptions::GivenOptions(const hybmss_plan_options* given) {
         options.instruction_set = parse_instruction_set(given->instruction_set);
     }
     options.layout = given->layout ? given->layout : "";
-    options.accuracy = truth(given->exact, "exact") ? Accuracy::exact : Accuracy::fast;
+    options.accuracy = given_accuracy(given->accuracy);
     options.threads = given->threads;
     options.effort = truth(given->measure, "measure") ? Effort::measure : Effort::estimate;
     if (given->task_runner) {
@@ -50,7 +63,7 @@ bool is_double(hybmss_precision precision, const char* name) {
 extern "C" {
 
 hybmss_plan_options hybmss_default_plan_options(void) {
-    return {nullptr, nullptr, 0, 0, 0, nullptr};
+    return {nullptr, nullptr, HYBMSS_ACCURATE, 0, 0, nullptr};
 }
 
 hybmss_status hybmss_set_allocator(const hybmss_allocator* allocator) {

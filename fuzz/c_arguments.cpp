@@ -57,7 +57,7 @@ hybmss_plan_options Arguments::plan_options() {
     hybmss_plan_options options = hybmss_default_plan_options();
     options.layout = kLayouts[below(9)];
     options.instruction_set = seldom() ? kSets[below(6)] : nullptr;
-    options.exact = seldom() ? any<std::int32_t>() : below(2);
+    options.accuracy = seldom() ? any<std::int32_t>() : below(3);
     options.threads = seldom() ? any<std::int32_t>() : 1;
     // Measuring takes a third of a second, and the clock's word is not the input's.
     options.measure = seldom() ? 2 : 0;

@@ -15,7 +15,14 @@ enum class Volume { none, quadratic, mean_stretch };
 inline constexpr int kVolumeCount = 3;
 
 using hybmss::Accuracy;
-inline constexpr int kAccuracyCount = 2;
+inline constexpr int kAccuracyCount = 3;
+
+/// Second derivatives at the level `fast` are those of `accurate`: what a poorer direction costs a solver in iterations
+/// is more than estimates save.
+inline constexpr int kTangentCount = 2;
+constexpr int tangent_index(Accuracy accuracy) {
+    return accuracy == Accuracy::exact ? 1 : 0;
+}
 
 /// What a lattice layer does with a vector of nodes whose force is complete: leave it in `partial`, or integrate in
 /// place without or with damping and gravity.

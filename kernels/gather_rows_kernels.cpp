@@ -21,8 +21,10 @@ template <class V>
 constexpr GatherKernels<Scalar<V>> gather_kernels() {
     GatherKernels<Scalar<V>> table{};
     set_planes<false, Accuracy::fast, V>(table);
+    set_planes<false, Accuracy::accurate, V>(table);
     set_planes<false, Accuracy::exact, V>(table);
     set_planes<true, Accuracy::fast, V>(table);
+    set_planes<true, Accuracy::accurate, V>(table);
     set_planes<true, Accuracy::exact, V>(table);
     table.integrate[0] = integrate_plane<false, V>;
     table.integrate[1] = integrate_plane<true, V>;

@@ -10,9 +10,9 @@ namespace hybmss::kernels {
 template <class T, int components>
 struct LatticeHessianSweep {
     using Layer = void (*)(const LatticeHessianLayer<T, components>&);
-    Layer layer[2][kVolumeCount][kAccuracyCount]; ///< [face diagonals][volume][accuracy]
-    Layer top[2][kAccuracyCount];                 ///< [face diagonals][accuracy]
-    Layer join;                                   ///< partial += above
+    Layer layer[2][kVolumeCount][kTangentCount]; ///< [face diagonals][volume][tangent_index()]
+    Layer top[2][kTangentCount];                 ///< [face diagonals][tangent_index()]
+    Layer join;                                  ///< partial += above
 };
 
 /// Second derivatives of a lattice in flat rows.
@@ -27,10 +27,10 @@ struct LatticeHessianKernels {
 template <class T, class Springs, class Cells>
 struct NetworkHessianKernels {
     using Range = std::ptrdiff_t;
-    void (*spring_product[kAccuracyCount])(const Springs*, const PackedHessian<T>&, Range begin, Range end);
+    void (*spring_product[kTangentCount])(const Springs*, const PackedHessian<T>&, Range begin, Range end);
     void (*cell_product[kVolumeCount])(const Cells*, const PackedHessian<T>&, Range begin, Range end); ///< none: null
-    void (*spring_diagonal[kAccuracyCount])(const Springs*, const T* displacement, const DiagonalBlocks<T>&,
-                                            Range begin, Range end);
+    void (*spring_diagonal[kTangentCount])(const Springs*, const T* displacement, const DiagonalBlocks<T>&, Range begin,
+                                           Range end);
     void (*cell_diagonal[kVolumeCount])(const Cells*, const T* displacement, const DiagonalBlocks<T>&, Range begin,
                                         Range end); ///< none: null
 };
@@ -47,11 +47,11 @@ using RecordHessianKernels = NetworkHessianKernels<T, SpringRecord<T>, CellRecor
 template <class T>
 struct SoaHessianKernels {
     using Range = std::ptrdiff_t;
-    void (*spring_product[kAccuracyCount])(const NetworkSprings<T>&, const HessianArrays<T>&, Range begin, Range end);
+    void (*spring_product[kTangentCount])(const NetworkSprings<T>&, const HessianArrays<T>&, Range begin, Range end);
     void (*cell_product[kVolumeCount])(const NetworkCells<T>&, const HessianArrays<T>&, Range begin,
                                        Range end); ///< none: null
-    void (*spring_diagonal[kAccuracyCount])(const NetworkSprings<T>&, const HessianArrays<T>&, const DiagonalBlocks<T>&,
-                                            Range begin, Range end);
+    void (*spring_diagonal[kTangentCount])(const NetworkSprings<T>&, const HessianArrays<T>&, const DiagonalBlocks<T>&,
+                                           Range begin, Range end);
     void (*cell_diagonal[kVolumeCount])(const NetworkCells<T>&, const HessianArrays<T>&, const DiagonalBlocks<T>&,
                                         Range begin, Range end); ///< none: null
 };

@@ -9,7 +9,7 @@ namespace {
 
 template <bool face_diagonals, Accuracy accuracy, SpringLaw law, class V>
 constexpr void set_sweeps(LatticeHessianKernels<Scalar<V>>& table) {
-    constexpr int a = static_cast<int>(accuracy), none = static_cast<int>(Volume::none);
+    constexpr int a = tangent_index(accuracy), none = static_cast<int>(Volume::none);
     table.product.layer[face_diagonals][none][a] =
         lattice_hessian_product<face_diagonals, Volume::none, accuracy, V, law>;
     table.product.top[face_diagonals][a] = lattice_hessian_product_top<face_diagonals, accuracy, V, law>;
@@ -23,9 +23,9 @@ constexpr void set_sweeps(LatticeHessianKernels<Scalar<V>>& table) {
 template <SpringLaw law, class V>
 constexpr void set_law(LatticeEffectKernels<Scalar<V>>& kernels) {
     LatticeHessianKernels<Scalar<V>>& table = kernels.law[effect_index(law)];
-    set_sweeps<false, Accuracy::fast, law, V>(table);
+    set_sweeps<false, Accuracy::accurate, law, V>(table);
     set_sweeps<false, Accuracy::exact, law, V>(table);
-    set_sweeps<true, Accuracy::fast, law, V>(table);
+    set_sweeps<true, Accuracy::accurate, law, V>(table);
     set_sweeps<true, Accuracy::exact, law, V>(table);
     table.product.join = lattice_hessian_join<3, V>;
     table.diagonal.join = lattice_hessian_join<kBlockEntries, V>;

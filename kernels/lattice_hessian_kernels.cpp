@@ -9,7 +9,7 @@ namespace {
 
 template <bool face_diagonals, Accuracy accuracy, class V>
 constexpr void set_sweeps(LatticeHessianKernels<Scalar<V>>& table) {
-    constexpr int a = static_cast<int>(accuracy), none = static_cast<int>(Volume::none),
+    constexpr int a = tangent_index(accuracy), none = static_cast<int>(Volume::none),
                   quadratic = static_cast<int>(Volume::quadratic), mean = static_cast<int>(Volume::mean_stretch);
     auto& product = table.product.layer[face_diagonals];
     product[none][a] = lattice_hessian_product<face_diagonals, Volume::none, accuracy, V>;
@@ -26,9 +26,9 @@ constexpr void set_sweeps(LatticeHessianKernels<Scalar<V>>& table) {
 template <class V>
 constexpr LatticeHessianKernels<Scalar<V>> lattice_hessian_kernels() {
     LatticeHessianKernels<Scalar<V>> table{};
-    set_sweeps<false, Accuracy::fast, V>(table);
+    set_sweeps<false, Accuracy::accurate, V>(table);
     set_sweeps<false, Accuracy::exact, V>(table);
-    set_sweeps<true, Accuracy::fast, V>(table);
+    set_sweeps<true, Accuracy::accurate, V>(table);
     set_sweeps<true, Accuracy::exact, V>(table);
     table.product.join = lattice_hessian_join<3, V>;
     table.diagonal.join = lattice_hessian_join<kBlockEntries, V>;

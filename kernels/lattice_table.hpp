@@ -38,6 +38,7 @@ constexpr void set_energy(LatticeKernels<T>& table) {
 template <class Sweep, bool face_diagonals, class T>
 constexpr void set_lattice(LatticeKernels<T>& table) {
     set_accuracy<Sweep, face_diagonals, Accuracy::fast>(table);
+    set_accuracy<Sweep, face_diagonals, Accuracy::accurate>(table);
     set_accuracy<Sweep, face_diagonals, Accuracy::exact>(table);
     set_energy<Sweep, face_diagonals, Volume::none>(table);
     set_energy<Sweep, face_diagonals, Volume::quadratic>(table);

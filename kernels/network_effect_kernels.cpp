@@ -8,23 +8,24 @@ namespace {
 
 template <SpringLaw law, class V>
 constexpr void set_law(NetworkEffectKernels<Scalar<V>>& kernels) {
-    constexpr int l = effect_index(law), fast = static_cast<int>(Accuracy::fast),
-                  exact = static_cast<int>(Accuracy::exact);
-    kernels.soa[l].spring_product[fast] = network_spring_product<Accuracy::fast, V, law>;
+    constexpr int l = effect_index(law), accurate = tangent_index(Accuracy::accurate),
+                  exact = tangent_index(Accuracy::exact);
+    kernels.soa[l].spring_product[accurate] = network_spring_product<Accuracy::accurate, V, law>;
     kernels.soa[l].spring_product[exact] = network_spring_product<Accuracy::exact, V, law>;
-    kernels.packed[l].spring_product[fast] = packed_spring_product<Accuracy::fast, V, law>;
+    kernels.packed[l].spring_product[accurate] = packed_spring_product<Accuracy::accurate, V, law>;
     kernels.packed[l].spring_product[exact] = packed_spring_product<Accuracy::exact, V, law>;
-    kernels.runs[l].spring_product[fast] = run_spring_product<Accuracy::fast, V, law>;
+    kernels.runs[l].spring_product[accurate] = run_spring_product<Accuracy::accurate, V, law>;
     kernels.runs[l].spring_product[exact] = run_spring_product<Accuracy::exact, V, law>;
-    kernels.records[l].spring_product[fast] = kernels.records[l].spring_product[exact] = record_spring_product<V, law>;
+    kernels.records[l].spring_product[accurate] = kernels.records[l].spring_product[exact] =
+        record_spring_product<V, law>;
     if constexpr (law != SpringLaw::stiffening) {
-        kernels.soa[l].spring_diagonal[fast] = network_spring_diagonal<Accuracy::fast, V, law>;
+        kernels.soa[l].spring_diagonal[accurate] = network_spring_diagonal<Accuracy::accurate, V, law>;
         kernels.soa[l].spring_diagonal[exact] = network_spring_diagonal<Accuracy::exact, V, law>;
-        kernels.packed[l].spring_diagonal[fast] = packed_spring_diagonal<Accuracy::fast, V, law>;
+        kernels.packed[l].spring_diagonal[accurate] = packed_spring_diagonal<Accuracy::accurate, V, law>;
         kernels.packed[l].spring_diagonal[exact] = packed_spring_diagonal<Accuracy::exact, V, law>;
-        kernels.runs[l].spring_diagonal[fast] = run_spring_diagonal<Accuracy::fast, V, law>;
+        kernels.runs[l].spring_diagonal[accurate] = run_spring_diagonal<Accuracy::accurate, V, law>;
         kernels.runs[l].spring_diagonal[exact] = run_spring_diagonal<Accuracy::exact, V, law>;
-        kernels.records[l].spring_diagonal[fast] = kernels.records[l].spring_diagonal[exact] =
+        kernels.records[l].spring_diagonal[accurate] = kernels.records[l].spring_diagonal[exact] =
             record_spring_diagonal<V, law>;
     }
 }

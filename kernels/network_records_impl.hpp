@@ -3,7 +3,7 @@
 #include "kernels/network_packed_impl.hpp"
 
 // The scalar loops over arrays of structs: the code that people would write first, kept as a baseline. The batch type
-// names only the precision; both levels of accuracy use the rounded square root and division.
+// names only the precision; all levels of accuracy use the rounded square root and division.
 
 namespace hybmss::kernels {
 namespace {

@@ -8,9 +8,9 @@ namespace {
 
 template <class V>
 constexpr PackedHessianKernels<Scalar<V>> packed_hessian_kernels() {
-    return {{packed_spring_product<Accuracy::fast, V>, packed_spring_product<Accuracy::exact, V>},
+    return {{packed_spring_product<Accuracy::accurate, V>, packed_spring_product<Accuracy::exact, V>},
             {nullptr, packed_cell_product<Volume::quadratic, V>, packed_cell_product<Volume::mean_stretch, V>},
-            {packed_spring_diagonal<Accuracy::fast, V>, packed_spring_diagonal<Accuracy::exact, V>},
+            {packed_spring_diagonal<Accuracy::accurate, V>, packed_spring_diagonal<Accuracy::exact, V>},
             {nullptr, packed_cell_diagonal<Volume::quadratic, V>, packed_cell_diagonal<Volume::mean_stretch, V>}};
 }
 

@@ -8,11 +8,12 @@ namespace {
 
 template <class V>
 constexpr PackedKernels<Scalar<V>> packed_kernels() {
-    return {{packed_springs<Accuracy::fast, V>, packed_springs<Accuracy::exact, V>},
-            {nullptr, packed_cells<Volume::quadratic, V>, packed_cells<Volume::mean_stretch, V>},
-            packed_spring_energy<V>,
-            {nullptr, packed_cell_energy<Volume::quadratic, V>, packed_cell_energy<Volume::mean_stretch, V>},
-            {packed_integrate<false, V>, packed_integrate<true, V>}};
+    return {
+        {packed_springs<Accuracy::fast, V>, packed_springs<Accuracy::accurate, V>, packed_springs<Accuracy::exact, V>},
+        {nullptr, packed_cells<Volume::quadratic, V>, packed_cells<Volume::mean_stretch, V>},
+        packed_spring_energy<V>,
+        {nullptr, packed_cell_energy<Volume::quadratic, V>, packed_cell_energy<Volume::mean_stretch, V>},
+        {packed_integrate<false, V>, packed_integrate<true, V>}};
 }
 
 } // namespace

@@ -8,7 +8,7 @@ namespace {
 
 template <class V>
 constexpr RecordKernels<Scalar<V>> record_kernels() {
-    return {{record_springs<V>, record_springs<V>},
+    return {{record_springs<V>, record_springs<V>, record_springs<V>},
             {nullptr, record_cells<Volume::quadratic, V>, record_cells<Volume::mean_stretch, V>},
             record_spring_energy<V>,
             {nullptr, record_cell_energy<Volume::quadratic, V>, record_cell_energy<Volume::mean_stretch, V>},

@@ -8,9 +8,9 @@ namespace {
 
 template <class V>
 constexpr RunHessianKernels<Scalar<V>> run_hessian_kernels() {
-    return {{run_spring_product<Accuracy::fast, V>, run_spring_product<Accuracy::exact, V>},
+    return {{run_spring_product<Accuracy::accurate, V>, run_spring_product<Accuracy::exact, V>},
             {nullptr, run_cell_product<Volume::quadratic, V>, run_cell_product<Volume::mean_stretch, V>},
-            {run_spring_diagonal<Accuracy::fast, V>, run_spring_diagonal<Accuracy::exact, V>},
+            {run_spring_diagonal<Accuracy::accurate, V>, run_spring_diagonal<Accuracy::exact, V>},
             {nullptr, run_cell_diagonal<Volume::quadratic, V>, run_cell_diagonal<Volume::mean_stretch, V>}};
 }
 

@@ -9,7 +9,7 @@ namespace {
 template <class V>
 constexpr RunKernels<Scalar<V>> run_kernels() {
     return {kWidth<V>,
-            {run_springs<Accuracy::fast, V>, run_springs<Accuracy::exact, V>},
+            {run_springs<Accuracy::fast, V>, run_springs<Accuracy::accurate, V>, run_springs<Accuracy::exact, V>},
             {nullptr, run_cells<Volume::quadratic, V>, run_cells<Volume::mean_stretch, V>},
             run_spring_energy<V>,
             {nullptr, run_cell_energy<Volume::quadratic, V>, run_cell_energy<Volume::mean_stretch, V>}};

@@ -158,6 +158,24 @@ HYBMSS_INLINE V reciprocal_square_root_seed(V a) {
 #endif
 }
 
+/// 1 / a, to the same relative error.
+template <class V>
+HYBMSS_INLINE V reciprocal_seed(V a) {
+#if defined(__AVX512F__)
+    if constexpr (Traits<V>::kFloat) {
+        return _mm512_rcp14_ps(a);
+    } else {
+        return _mm512_rcp14_pd(a);
+    }
+#elif defined(__AVX__)
+    return _mm256_rcp_ps(a);
+#elif defined(__SSE2__)
+    return _mm_rcp_ps(a);
+#else
+    return vrecpeq_f32(a);
+#endif
+}
+
 /// Lane 0 becomes the last lane of `previous`, lane i the lane i - 1 of `current`.
 template <class V>
 HYBMSS_INLINE V shift_in(V previous, V current) {

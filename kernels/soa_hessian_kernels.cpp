@@ -8,9 +8,9 @@ namespace {
 
 template <class V>
 constexpr SoaHessianKernels<Scalar<V>> soa_hessian_kernels() {
-    return {{network_spring_product<Accuracy::fast, V>, network_spring_product<Accuracy::exact, V>},
+    return {{network_spring_product<Accuracy::accurate, V>, network_spring_product<Accuracy::exact, V>},
             {nullptr, network_cell_product<Volume::quadratic, V>, network_cell_product<Volume::mean_stretch, V>},
-            {network_spring_diagonal<Accuracy::fast, V>, network_spring_diagonal<Accuracy::exact, V>},
+            {network_spring_diagonal<Accuracy::accurate, V>, network_spring_diagonal<Accuracy::exact, V>},
             {nullptr, network_cell_diagonal<Volume::quadratic, V>, network_cell_diagonal<Volume::mean_stretch, V>}};
 }
 

@@ -8,7 +8,8 @@ namespace {
 
 template <class V>
 constexpr SoaKernels<Scalar<V>> soa_kernels() {
-    return {{network_springs<Accuracy::fast, V>, network_springs<Accuracy::exact, V>},
+    return {{network_springs<Accuracy::fast, V>, network_springs<Accuracy::accurate, V>,
+             network_springs<Accuracy::exact, V>},
             {nullptr, network_cells<Volume::quadratic, V>, network_cells<Volume::mean_stretch, V>},
             network_spring_energy<V>,
             {nullptr, network_cell_energy<Volume::quadratic, V>, network_cell_energy<Volume::mean_stretch, V>},

@@ -32,8 +32,16 @@ HYBMSS_INLINE void one_minus_rsqrt(const V (&s)[count], V (&out)[count]) {
             step(i);
         }
     };
-    // From 11 bits the series takes so many operations that root and quotient, in a unit otherwise idle, are faster.
-    if constexpr (accuracy == Accuracy::exact || kSeed == Seed::none || kSeed == Seed::bits11) {
+    if constexpr (accuracy == Accuracy::fast && (kSeed == Seed::bits11 || kSeed == Seed::bits14)) {
+        // s / (w + sqrt(w)), w = 1 + s, sqrt(w) = w t: its error is the estimates' own at any s.
+        V w[count], t[count];
+        each([&](std::size_t i) { w[i] = s[i] + c(1.0 + 0x1p-20); });
+        each([&](std::size_t i) { t[i] = reciprocal_square_root_seed(w[i]); });
+        each([&](std::size_t i) { w[i] = reciprocal_seed(multiply_add(w[i], t[i], w[i])); });
+        each([&](std::size_t i) { out[i] = s[i] * w[i]; });
+        // From 11 bits the series below takes so many operations that root and quotient, in a unit otherwise idle, are
+        // faster.
+    } else if constexpr (accuracy == Accuracy::exact || kSeed == Seed::none || kSeed == Seed::bits11) {
         // s / ((1 + s) + sqrt(1 + s))
         V w[count], root[count];
         each([&](std::size_t i) { w[i] = maximum(s[i] + c(1.0), c(Traits<V>::kFloat ? 0x1p-20 : 0x1p-40)); });

@@ -93,9 +93,8 @@ bool instruction_set_is_forced() {
 }
 
 std::string name(const Candidate& c) {
-    std::string text = c.layout + "/" + std::string(name(c.instruction_set)) + "/" +
-                       (c.accuracy == Accuracy::fast ? "fast" : "exact") + "/" + std::string(kThreads) +
-                       std::to_string(c.threads);
+    std::string text = c.layout + "/" + std::string(name(c.instruction_set)) + "/" + std::string(name(c.accuracy)) +
+                       "/" + std::string(kThreads) + std::to_string(c.threads);
     if (c.tile_nodes) {
         text.append("/").append(kTile).append(std::to_string(c.tile_nodes));
     }
@@ -124,13 +123,15 @@ std::optional<Candidate> parse_candidate(std::string_view text) {
     const auto threads = number_after<int>(kThreads, part);
     const std::string_view accuracy = last_part(text), set_name = last_part(text);
     const auto known = {InstructionSet::sse2, InstructionSet::avx2, InstructionSet::avx512, InstructionSet::neon};
+    const auto levels = {Accuracy::fast, Accuracy::accurate, Accuracy::exact};
+    const auto* level = std::find_if(levels.begin(), levels.end(), [&](Accuracy a) { return name(a) == accuracy; });
     const auto* set = std::find_if(known.begin(), known.end(), [&](InstructionSet s) { return name(s) == set_name; });
-    if (text.empty() || set == known.end() || (accuracy != "fast" && accuracy != "exact") || !threads) {
+    if (text.empty() || set == known.end() || level == levels.end() || !threads) {
         return std::nullopt;
     }
     c.layout = text;
     c.instruction_set = *set;
-    c.accuracy = accuracy == "fast" ? Accuracy::fast : Accuracy::exact;
+    c.accuracy = *level;
     c.threads = *threads;
     return c;
 }
@@ -140,6 +141,7 @@ PlanOptions fixed_options(const PlanOptions& options, const Candidate& candidate
     fixed.layout = candidate.layout;
     fixed.instruction_set = candidate.instruction_set;
     fixed.accuracy = candidate.accuracy;
+    fixed.force_error = 0;
     fixed.threads = candidate.threads;
     fixed.tile_nodes = candidate.tile_nodes;
     fixed.integration = candidate.split ? Integration::split : Integration::automatic;
@@ -162,7 +164,7 @@ std::vector<Candidate> candidates(const std::vector<std::string>& layouts, const
                                   std::size_t nodes, Operation operation) {
     const std::vector<std::string> named = {options.layout};
     std::vector<Accuracy> accuracies = {options.accuracy};
-    if (options.accuracy == Accuracy::fast) {
+    if (options.accuracy != Accuracy::exact) {
         // Never less accurate, and faster where estimates are slow.
         accuracies.push_back(Accuracy::exact);
     }

@@ -14,7 +14,7 @@ namespace hybmss {
 struct Candidate {
     std::string layout;
     InstructionSet instruction_set = InstructionSet::automatic;
-    Accuracy accuracy = Accuracy::fast;
+    Accuracy accuracy = Accuracy::accurate;
     int threads = 1;
     std::size_t tile_nodes = 0; ///< 0: the body's own rule
     bool split = false;         ///< nodes are integrated in a pass of its own, though the layout can do otherwise

@@ -58,8 +58,8 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
         }
     };
     const auto layer_kernel =
-        kernels.layer[face_diagonals_][static_cast<int>(sweep.volume)][static_cast<int>(accuracy_)];
-    const auto top_kernel = kernels.top[face_diagonals_][static_cast<int>(accuracy_)];
+        kernels.layer[face_diagonals_][static_cast<int>(sweep.volume)][kernels::tangent_index(accuracy_)];
+    const auto top_kernel = kernels.top[face_diagonals_][kernels::tangent_index(accuracy_)];
 
     const auto sweep_slab = [=, this](std::size_t slab, std::size_t) {
         const std::size_t first = slab_begin_[slab], end = slab_begin_[slab + 1];

@@ -175,7 +175,7 @@ std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const kernels
     std::vector<Stage> stages;
     append_colors(
         layout_.springs.color_begin,
-        [spring_product = kernels.spring_product[static_cast<int>(accuracy_)], springs = spring_arrays(),
+        [spring_product = kernels.spring_product[kernels::tangent_index(accuracy_)], springs = spring_arrays(),
          nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
         stages);
     if (const auto cell_product = kernels.cell_product[static_cast<int>(volume_)]) {
@@ -221,7 +221,7 @@ void NetworkBody<T>::run_diagonal(State<T>& state, const kernels::SoaHessianKern
     append_colors(
         layout_.springs.color_begin,
         [&](auto begin, auto end) {
-            kernels.spring_diagonal[static_cast<int>(accuracy_)](springs, nodes, sums, begin, end);
+            kernels.spring_diagonal[kernels::tangent_index(accuracy_)](springs, nodes, sums, begin, end);
         },
         stages);
     if (const auto cell_diagonal = kernels.cell_diagonal[static_cast<int>(volume_)]) {
@@ -275,7 +275,7 @@ PlanDescription NetworkBody<T>::describe() const {
     PlanDescription d;
     d.instruction_set = table_->instruction_set;
     d.layout = "coloured-soa";
-    d.kernel = std::string("network_springs<") + (accuracy_ == Accuracy::fast ? "fast" : "exact") + ">";
+    d.kernel = std::string("network_springs<") + std::string(name(accuracy_)) + ">";
     if (volume_ != kernels::Volume::none) {
         d.kernel += std::string(" + network_cells<") +
                     (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";

@@ -51,8 +51,8 @@ template <class Layout, class Choice, class Hessian, class Nodes>
 void add_own_products(const Layout& layout, const Choice& choice, const Hessian& hessian, const NetworkTile& tile,
                       const Nodes& nodes) {
     const auto& kernels = NetworkTiles<Layout>::own(hessian);
-    kernels.spring_product[static_cast<int>(choice.accuracy)](layout.springs.data(), nodes, at(tile.spring_begin),
-                                                              at(tile.spring_end));
+    kernels.spring_product[kernels::tangent_index(choice.accuracy)](layout.springs.data(), nodes, at(tile.spring_begin),
+                                                                    at(tile.spring_end));
     if (const auto cells = kernels.cell_product[static_cast<int>(choice.volume)]) {
         cells(layout.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
     }
@@ -62,8 +62,8 @@ template <class Layout, class Choice, class Hessian, class T, class Sums>
 void add_own_diagonals(const Layout& layout, const Choice& choice, const Hessian& hessian, const NetworkTile& tile,
                        const T* displacement, const Sums& sums) {
     const auto& kernels = NetworkTiles<Layout>::own(hessian);
-    kernels.spring_diagonal[static_cast<int>(choice.accuracy)](layout.springs.data(), displacement, sums,
-                                                               at(tile.spring_begin), at(tile.spring_end));
+    kernels.spring_diagonal[kernels::tangent_index(choice.accuracy)](layout.springs.data(), displacement, sums,
+                                                                     at(tile.spring_begin), at(tile.spring_end));
     if (const auto cells = kernels.cell_diagonal[static_cast<int>(choice.volume)]) {
         cells(layout.cells.data(), displacement, sums, at(tile.cell_begin), at(tile.cell_end));
     }
@@ -116,8 +116,8 @@ void NetworkTiles<PackedXyzw<T>>::add_products(const PackedXyzw<T>& layout, cons
     const kernels::RunHessianKernels<T>& runs = *kernels.runs;
     const auto springs = spring_runs(layout);
     const auto cells = cell_runs(layout);
-    runs.spring_product[static_cast<int>(choice.accuracy)](&springs, nodes, at(tile.spring_run_begin),
-                                                           at(tile.spring_run_end));
+    runs.spring_product[kernels::tangent_index(choice.accuracy)](&springs, nodes, at(tile.spring_run_begin),
+                                                                 at(tile.spring_run_end));
     if (const auto product = runs.cell_product[static_cast<int>(choice.volume)]) {
         product(&cells, nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
@@ -131,8 +131,8 @@ void NetworkTiles<PackedXyzw<T>>::add_diagonals(const PackedXyzw<T>& layout, con
     const kernels::RunHessianKernels<T>& runs = *kernels.runs;
     const auto springs = spring_runs(layout);
     const auto cells = cell_runs(layout);
-    runs.spring_diagonal[static_cast<int>(choice.accuracy)](&springs, displacement, sums, at(tile.spring_run_begin),
-                                                            at(tile.spring_run_end));
+    runs.spring_diagonal[kernels::tangent_index(choice.accuracy)](&springs, displacement, sums,
+                                                                  at(tile.spring_run_begin), at(tile.spring_run_end));
     if (const auto diagonal = runs.cell_diagonal[static_cast<int>(choice.volume)]) {
         diagonal(&cells, displacement, sums, at(tile.cell_run_begin), at(tile.cell_run_end));
     }

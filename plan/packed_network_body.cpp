@@ -183,7 +183,7 @@ PlanDescription PackedNetworkBody<T, Layout>::describe() const {
     const std::string prefix = NetworkTiles<Layout>::kKernels;
     d.instruction_set = choice_.table->instruction_set;
     d.layout = NetworkTiles<Layout>::kLayout;
-    d.kernel = prefix + "_springs<" + (choice_.accuracy == Accuracy::fast ? "fast" : "exact") + ">";
+    d.kernel = prefix + "_springs<" + std::string(name(choice_.accuracy)) + ">";
     if (choice_.volume != kernels::Volume::none) {
         d.kernel += " + " + prefix + "_cells<" +
                     (choice_.volume == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
-#include <utility>
 
 namespace hybmss {
 
@@ -23,7 +22,7 @@ kernels::Volume kernel_volume(VolumeEnergy energy) {
 std::string kernel_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy) {
     constexpr const char* kVolumes[] = {"no volume", "quadratic", "mean_stretch"};
     return std::string("<") + (face_diagonals ? "face_diagonals" : "no face diagonals") + ", " +
-           kVolumes[static_cast<int>(volume)] + ", " + (accuracy == Accuracy::fast ? "fast" : "exact") + ">";
+           kVolumes[static_cast<int>(volume)] + ", " + std::string(name(accuracy)) + ">";
 }
 
 bool is_driven(const StepParameters& p) {
@@ -80,54 +79,6 @@ std::string to_string(const PlanDescription& d) {
              << (figure.finalist ? "" : " (dropped early)") << "\n";
     }
     return text.str();
-}
-
-namespace {
-
-constexpr std::pair<Effort, std::string_view> kEfforts[] = {{Effort::estimate, "estimate"},
-                                                            {Effort::measure, "measure"},
-                                                            {Effort::stored, "stored"},
-                                                            {Effort::random, "random"}};
-constexpr std::pair<Integration, std::string_view> kIntegrations[] = {
-    {Integration::automatic, "automatic"}, {Integration::fused, "fused"}, {Integration::split, "split"}};
-
-template <class Value, std::size_t count>
-std::string_view name_in(const std::pair<Value, std::string_view> (&list)[count], Value value) {
-    for (const auto& [known, text] : list) {
-        if (known == value) {
-            return text;
-        }
-    }
-    return "unknown";
-}
-
-template <class Value, std::size_t count>
-Value parse_in(const std::pair<Value, std::string_view> (&list)[count], const char* what, std::string_view text) {
-    std::string allowed;
-    for (const auto& [value, known] : list) {
-        if (known == text) {
-            return value;
-        }
-        allowed += (allowed.empty() ? "" : ", ") + std::string(known);
-    }
-    throw std::invalid_argument(std::string(what) + " \"" + std::string(text) + "\" is not known: it must be one of " +
-                                allowed);
-}
-
-} // namespace
-
-std::string_view name(Effort effort) {
-    return name_in(kEfforts, effort);
-}
-Effort parse_effort(std::string_view text) {
-    return parse_in(kEfforts, "effort", text);
-}
-
-std::string_view name(Integration integration) {
-    return name_in(kIntegrations, integration);
-}
-Integration parse_integration(std::string_view text) {
-    return parse_in(kIntegrations, "integration", text);
 }
 
 } // namespace hybmss

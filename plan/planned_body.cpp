@@ -176,6 +176,25 @@ bool is_fixed(const PlanOptions& options, const std::vector<std::string>& layout
     return options.effort == Effort::estimate || !known;
 }
 
+/// The options with `accuracy` in place of `force_error`.
+template <class T>
+PlanOptions with_level(const PlanOptions& options) {
+    PlanOptions same = options;
+    if (options.force_error != 0) {
+        constexpr Precision kOwn = sizeof(T) == sizeof(float) ? Precision::float32 : Precision::float64;
+        const double error = options.force_error, least = force_error_bound(Accuracy::accurate, kOwn);
+        if (!(error >= least)) {
+            std::ostringstream message;
+            message << "force_error = " << error << " is not allowed: it must be 0 or at least " << least << " in "
+                    << (kOwn == Precision::float32 ? "float" : "double");
+            throw std::invalid_argument(message.str());
+        }
+        same.accuracy = error >= force_error_bound(Accuracy::fast, kOwn) ? Accuracy::fast : Accuracy::accurate;
+        same.force_error = 0;
+    }
+    return same;
+}
+
 template <class T>
 PlannedBody<T> fixed(std::unique_ptr<Body<T>> body, const PlanOptions& options) {
     return {std::move(body), options, options.effort, "the fixed choice for such a body; nothing was timed", {}};
@@ -201,8 +220,9 @@ PlanDescription PlannedBody<T>::describe() const {
 }
 
 template <class T>
-PlannedBody<T> plan_body(const Lattice& lattice, const Material& material, const PlanOptions& options,
+PlannedBody<T> plan_body(const Lattice& lattice, const Material& material, const PlanOptions& given,
                          Operation operation) {
+    const PlanOptions options = with_level<T>(given);
     // A lattice takes a network's layouts too.
     std::vector<std::string> layouts = lattice_layouts();
     const std::vector<std::string> more = network_layouts();
@@ -216,7 +236,8 @@ PlannedBody<T> plan_body(const Lattice& lattice, const Material& material, const
 }
 
 template <class T>
-PlannedBody<T> plan_body(const Network& network, const PlanOptions& options, Operation operation) {
+PlannedBody<T> plan_body(const Network& network, const PlanOptions& given, Operation operation) {
+    const PlanOptions options = with_level<T>(given);
     if (is_fixed(options, network_layouts()) || network.masses.empty()) {
         return fixed(make_body<T>(network, options), options);
     }

@@ -18,6 +18,9 @@ constexpr double kSieveBehind = 1.5;
 constexpr double kSieveShare = 0.3; // of the time
 constexpr double kVariantsShare = 0.25;
 constexpr double kSlice = 5e-3; // s
+// Of one kernel, where two bodies happen to lie in memory makes this much: a tile size or a split integration must gain
+// more to be chosen.
+constexpr double kVariantTie = 1.05;
 
 /// A candidate's body, with a state of its own and what a caller would bring.
 template <class T>
@@ -107,9 +110,10 @@ double fastest(const std::vector<RaceResult>& results) {
     return best;
 }
 
+/// The first of those that tie, on fewer threads where that makes no difference.
 template <class T>
-Candidate choose(const Heat<T>& heat) {
-    const double tie = kRaceTie * fastest(heat.results);
+Candidate choose(const Heat<T>& heat, double tie_ratio) {
+    const double tie = tie_ratio * fastest(heat.results);
     const Candidate* choice = nullptr;
     for (std::size_t i = 0; i < heat.candidates.size(); ++i) {
         if (heat.results[i].seconds_a_step <= tie && (!choice || heat.candidates[i].threads < choice->threads)) {
@@ -183,7 +187,7 @@ WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>
     const TunerSubject<T> piece = whole ? subject : subject.sample(sample_nodes);
     const Heat<T> heat = run_heat(piece, left, operation, seconds);
     replace_figures(heat, piece.cells, entry.figures);
-    entry.choice = choose(heat);
+    entry.choice = choose(heat, kRaceTie);
 
     std::vector<Candidate> variants = {entry.choice}; // first: what ties with it does not replace it
     std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(variants), [&](const Candidate& candidate) {
@@ -193,7 +197,7 @@ WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>
     if (variants.size() > 1) {
         const Heat<T> last = run_heat(piece, variants, operation, variants_seconds);
         replace_figures(last, piece.cells, entry.figures);
-        entry.choice = choose(last);
+        entry.choice = choose(last, kVariantTie);
     }
     std::stable_sort(entry.figures.begin(), entry.figures.end(), [](const auto& a, const auto& b) {
         return a.finalist != b.finalist ? a.finalist : a.ns_per_cell_step < b.ns_per_cell_step;

@@ -65,7 +65,7 @@ std::string wish_class(const PlanOptions& options) {
     std::string wish =
         "layout:" + (options.layout.empty() ? "any" : options.layout) +
         " isa:" + (any_set ? "any" : std::string(name(resolve(options.instruction_set)))) +
-        " accuracy:" + (options.accuracy == Accuracy::fast ? "fast" : "exact") + " threads:" +
+        " accuracy:" + std::string(name(options.accuracy)) + " threads:" +
         std::to_string(useful_threads(options.threads, std::numeric_limits<std::size_t>::max(), options.task_runner));
     if (options.tile_nodes) {
         wish.append(" tile:").append(std::to_string(options.tile_nodes));

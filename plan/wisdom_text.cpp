@@ -12,7 +12,7 @@
 namespace hybmss {
 namespace {
 
-constexpr std::string_view kSchema = "2";
+constexpr std::string_view kSchema = "3";
 constexpr std::string_view kChecksum = "checksum = ";
 
 struct Line {

@@ -82,18 +82,4 @@ PlanDescription Simulation::describe() const {
     return std::visit([](const auto& d) { return d.describe(); }, implementation_->dynamics);
 }
 
-std::string_view name(Precision precision) {
-    return precision == Precision::float32 ? "float" : "double";
-}
-
-Precision parse_precision(std::string_view text) {
-    if (text == "float") {
-        return Precision::float32;
-    }
-    if (text == "double") {
-        return Precision::float64;
-    }
-    throw std::invalid_argument("precision = \"" + std::string(text) + "\" is not known: it must be float or double");
-}
-
 } // namespace hybmss

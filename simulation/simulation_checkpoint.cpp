@@ -82,7 +82,7 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     sections.put("precision", plan.precision);
     sections.put("instruction_set", std::string(name(plan.choice.instruction_set)));
     sections.put("layout", plan.layout);
-    sections.put("accuracy", std::string(plan.choice.accuracy == Accuracy::exact ? "exact" : "fast"));
+    sections.put("accuracy", std::string(name(plan.choice.accuracy)));
     sections.put("tile_nodes", std::vector<std::uint64_t>{plan.choice.tile_nodes});
     sections.put("integration", std::string(name(plan.choice.integration)));
     sections.put("run", std::vector<std::int64_t>{body.steps, body.outputs, body.written, body.work.newton_iterations,
@@ -114,7 +114,7 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         same.precision = parse_precision(sections.text("precision"));
         same.plan.instruction_set = parse_instruction_set(sections.text("instruction_set"));
         same.plan.layout = sections.text("layout");
-        same.plan.accuracy = sections.text("accuracy") == "exact" ? Accuracy::exact : Accuracy::fast;
+        same.plan.accuracy = parse_accuracy(sections.text("accuracy"));
         same.plan.tile_nodes = sections.values<std::uint64_t>("tile_nodes", 1)[0];
         same.plan.integration = parse_integration(sections.text("integration"));
         same.plan.effort = Effort::estimate;

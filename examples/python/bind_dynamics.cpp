@@ -15,8 +15,8 @@
 
 namespace hybmss::python {
 
-PlanOptions plan_options(int threads, const std::string& layout, const std::string& instruction_set, bool exact,
-                         const std::string& effort);
+PlanOptions plan_options(int threads, const std::string& layout, const std::string& instruction_set,
+                         const std::string& accuracy, const std::string& effort);
 
 namespace {
 
@@ -95,14 +95,14 @@ void bind_dynamics(py::module_& module) {
         module, "ExplicitDynamics",
         "A body that moves by semi-implicit Euler steps and owns its state. For one thread at a time.");
     type.def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads,
-                         const std::string& layout, const std::string& instruction_set, bool exact,
+                         const std::string& layout, const std::string& instruction_set, const std::string& accuracy,
                          const std::string& effort) {
                  return Dynamics(lattice, material, dtype,
-                                 plan_options(threads, layout, instruction_set, exact, effort));
+                                 plan_options(threads, layout, instruction_set, accuracy, effort));
              }),
              py::arg("lattice"), py::arg("material"), py::arg("dtype") = "float64", py::kw_only(),
              py::arg("threads") = 0, py::arg("layout") = "", py::arg("instruction_set") = "automatic",
-             py::arg("exact") = false, py::arg("effort") = "estimate");
+             py::arg("accuracy") = "accurate", py::arg("effort") = "estimate");
     type.def("prescribe", &prescribe, py::arg("nodes"), py::arg("axes") = "xyz",
              py::arg("displacement") = Vector3{0, 0, 0}, py::arg("velocity") = Vector3{0, 0, 0},
              "Holds these nodes along the axes, and no others.");

@@ -67,13 +67,13 @@ py::tuple energy(const ForcePlan<T>& plan, const py::array& displacements) {
 
 } // namespace
 
-PlanOptions plan_options(int threads, const std::string& layout, const std::string& instruction_set, bool exact,
-                         const std::string& effort) {
+PlanOptions plan_options(int threads, const std::string& layout, const std::string& instruction_set,
+                         const std::string& accuracy, const std::string& effort) {
     PlanOptions options;
     options.threads = threads;
     options.layout = layout;
     options.instruction_set = parse_instruction_set(instruction_set);
-    options.accuracy = exact ? Accuracy::exact : Accuracy::fast;
+    options.accuracy = parse_accuracy(accuracy);
     options.effort = parse_effort(effort);
     return options;
 }
@@ -85,13 +85,14 @@ void bind_plans(py::module_& module) {
         "Arrays are (nodes, 3) of the plan's dtype, with any strides; they are never copied. One plan may be\n"
         "used by several threads; the interpreter's lock is released meanwhile.")
         .def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads,
-                         const std::string& layout, const std::string& instruction_set, bool exact,
+                         const std::string& layout, const std::string& instruction_set, const std::string& accuracy,
                          const std::string& effort) {
-                 return Plan(lattice, material, dtype, plan_options(threads, layout, instruction_set, exact, effort));
+                 return Plan(lattice, material, dtype,
+                             plan_options(threads, layout, instruction_set, accuracy, effort));
              }),
              py::arg("lattice"), py::arg("material"), py::arg("dtype") = "float64", py::kw_only(),
              py::arg("threads") = 0, py::arg("layout") = "", py::arg("instruction_set") = "automatic",
-             py::arg("exact") = false, py::arg("effort") = "estimate")
+             py::arg("accuracy") = "accurate", py::arg("effort") = "estimate")
         .def_property_readonly("node_count", &Plan::nodes)
         .def(
             "add_forces",

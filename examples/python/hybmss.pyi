@@ -70,7 +70,7 @@ class ForcePlan:
         threads: int = 0,
         layout: str = "",
         instruction_set: str = "automatic",
-        exact: bool = False,
+        accuracy: str = "accurate",
         effort: str = "estimate",
     ) -> None: ...
     @property
@@ -94,7 +94,7 @@ class ExplicitDynamics:
         threads: int = 0,
         layout: str = "",
         instruction_set: str = "automatic",
-        exact: bool = False,
+        accuracy: str = "accurate",
         effort: str = "estimate",
     ) -> None: ...
     def prescribe(

@@ -188,12 +188,20 @@ static inline hybmss_const_field hybmss_const_double_field(const double* xyz, si
 
 /* ---- plans: forces, energy, second derivatives ---- */
 
+/* How springs are computed: what each level promises is in docs/accuracy.md. */
+enum {
+    HYBMSS_ACCURATE = 0, /* to the type's precision */
+    HYBMSS_EXACT = 1,    /* and the same bits on every processor with the instruction set */
+    HYBMSS_FAST = 2      /* by the processor's estimates: 2^-10 of the force in float */
+};
+typedef int32_t hybmss_accuracy;
+
 typedef struct hybmss_plan_options {
     const char* instruction_set; /* "sse2", "avx2", "avx512", "neon"; null or "automatic": the best there is */
     const char* layout;          /* null or "": the plan's own choice */
-    int exact;                   /* 0 or 1; 1: the same bits on every processor with the instruction set */
-    int threads;                 /* at most; 0: all. The results do not depend on it. */
-    int measure;                 /* 0 or 1; 1: times the candidates (a third of a second) and takes the fastest */
+    hybmss_accuracy accuracy;
+    int threads; /* at most; 0: all. The results do not depend on it. */
+    int measure; /* 0 or 1; 1: times the candidates (a third of a second) and takes the fastest */
     const hybmss_task_runner* task_runner; /* null: oneTBB. Copied. */
 } hybmss_plan_options;
 

@@ -51,8 +51,12 @@ struct PlanOptions {
     /// Name of a layout, "" for the plan's own choice. See lattice_layouts() and network_layouts(); for a lattice,
     /// "network" means explicit springs made from it.
     std::string layout;
-    /// The least accuracy: where it is `fast`, a plan that measures may choose `exact` if that is no slower.
-    Accuracy accuracy = Accuracy::fast;
+    /// The least accuracy: a plan that measures may choose `exact` if that is no slower.
+    Accuracy accuracy = Accuracy::accurate;
+    /// Above 0: takes the place of `accuracy`, and the plan takes the fastest level of its type whose bound
+    /// (force_error_bound()) is at most this; std::invalid_argument where the type has none. See fastest_level() for
+    /// the type.
+    double force_error = 0;
     /// Worker threads at most, >= 0; 0 for all of the machine. A small body takes fewer. The results do not depend on
     /// it.
     int threads = 0;
@@ -85,7 +89,7 @@ struct CandidateFigure {
 struct PlanDescription {
     InstructionSet instruction_set = InstructionSet::automatic;
     std::string layout;
-    std::string kernel; ///< e.g. "lattice_layer<face_diagonals, quadratic, fast>"
+    std::string kernel; ///< e.g. "lattice_layer<face_diagonals, quadratic, accurate>"
     std::string precision;
     int threads = 1;
     std::size_t nodes = 0, springs = 0, cells = 0;

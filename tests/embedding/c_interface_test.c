@@ -277,8 +277,8 @@ static void refused_fields(void) {
     options.threads = -1;
     REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "threads = -1");
     options = hybmss_default_plan_options();
-    options.exact = 2;
-    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "exact = 2");
+    options.accuracy = 3;
+    REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "accuracy = 3");
     options = hybmss_default_plan_options();
     options.measure = -1;
     REFUSED(hybmss_plan_create(body, HYBMSS_FLOAT, &options, &none), "measure = -1");

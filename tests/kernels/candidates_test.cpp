@@ -52,7 +52,7 @@ TEST(Candidates, TheFirstIsTheEstimate) {
     EXPECT_EQ(first.layout, estimate.layout);
     EXPECT_EQ(first.instruction_set, estimate.instruction_set);
     EXPECT_EQ(first.threads, estimate.threads);
-    EXPECT_EQ(first.accuracy, Accuracy::fast);
+    EXPECT_EQ(first.accuracy, Accuracy::accurate);
 }
 
 TEST(Candidates, WhatTheCallerFixedStays) {

@@ -76,14 +76,14 @@ template <class T, class Check>
 void for_every_plan(const Lattice& lattice, const Material& material, const Check& check) {
     for (const std::string& layout : distinct_lattice_layouts()) {
         for (InstructionSet set : available_instruction_sets()) {
-            for (Accuracy accuracy : {Accuracy::fast, Accuracy::exact}) {
+            for (Accuracy accuracy : {Accuracy::accurate, Accuracy::exact}) {
                 PlanOptions options;
                 options.layout = layout;
                 options.instruction_set = set;
                 options.accuracy = accuracy;
                 const ForcePlan<T> plan(lattice, material, options);
                 std::string label = layout;
-                label.append(" ").append(name(set)).append(accuracy == Accuracy::fast ? " fast" : " exact");
+                label.append(" ").append(name(set)).append(" ").append(name(accuracy));
                 check(plan, label);
             }
         }

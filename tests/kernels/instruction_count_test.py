@@ -18,7 +18,7 @@ import sys
 LIMIT = 460
 
 KERNEL = re.compile(
-    r"lattice_layer<true, \(hybmss::kernels::Volume\)1, \(hybmss::(?:kernels::)?Accuracy\)0, "
+    r"lattice_layer<true, \(hybmss::kernels::Volume\)1, \(hybmss::(?:kernels::)?Accuracy\)1, "
     r"\(hybmss::kernels::Finish\)1, .*batch<float, xsimd::avx512bw>"
 )
 SPRINGS = 13  # of a cell, each with one reciprocal square root

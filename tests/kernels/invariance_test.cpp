@@ -25,14 +25,13 @@ struct Invariance : ::testing::Test {
     static void for_every_plan(const Lattice& lattice, const Material& material, const Check& check) {
         for (const std::string& layout : lattice_layouts()) {
             for (InstructionSet set : available_instruction_sets()) {
-                for (Accuracy accuracy : {Accuracy::fast, Accuracy::exact}) {
+                for (Accuracy accuracy : {Accuracy::fast, Accuracy::accurate, Accuracy::exact}) {
                     PlanOptions options;
                     options.layout = layout;
                     options.instruction_set = set;
                     options.accuracy = accuracy;
                     const ForcePlan<T> plan(lattice, material, options);
-                    const std::string label =
-                        layout + " " + std::string(name(set)) + (accuracy == Accuracy::fast ? " fast" : " exact");
+                    const std::string label = layout + " " + std::string(name(set)) + " " + std::string(name(accuracy));
                     EXPECT_EQ(plan.describe().instruction_set, set) << label;
                     check(plan, label);
                 }

@@ -31,8 +31,10 @@ struct SimdProbe {
     void (*cube_root_seed)(const T* a, T* out);
     /// Null where the instruction set has no estimate for T; `seed_error` bounds its relative error.
     void (*reciprocal_square_root_seed)(const T* a, T* out);
+    void (*reciprocal_seed)(const T* a, T* out);
     double seed_error;
     void (*one_minus_rsqrt_fast)(const T* s, T* out);
+    void (*one_minus_rsqrt_accurate)(const T* s, T* out);
     void (*one_minus_rsqrt_exact)(const T* s, T* out);
     void (*squared_strain)(const T* s, T* out);
     void (*cube_root_minus_one)(const T* j, T* out);

@@ -50,11 +50,13 @@ constexpr SimdProbe<Scalar<V>> make_probe(InstructionSet set) {
     p.cube_root_seed = unary<V>([](V a) { return kernels::cube_root_seed(a); });
     if constexpr (seed_quality<V>() != Seed::none) {
         p.reciprocal_square_root_seed = unary<V>([](V a) { return kernels::reciprocal_square_root_seed(a); });
+        p.reciprocal_seed = unary<V>([](V a) { return kernels::reciprocal_seed(a); });
         p.seed_error = seed_quality<V>() == Seed::bits14   ? 0x1p-14
                        : seed_quality<V>() == Seed::bits11 ? 1.5 * 0x1p-12
                                                            : 0x1p-8;
     }
     p.one_minus_rsqrt_fast = unary<V>([](V s) { return one_minus_rsqrt<Accuracy::fast>(s); });
+    p.one_minus_rsqrt_accurate = unary<V>([](V s) { return one_minus_rsqrt<Accuracy::accurate>(s); });
     p.one_minus_rsqrt_exact = unary<V>([](V s) { return one_minus_rsqrt<Accuracy::exact>(s); });
     p.squared_strain = unary<V>([](V s) { return kernels::squared_strain(s); });
     p.cube_root_minus_one = unary<V>([](V j) { return kernels::cube_root_minus_one(j); });

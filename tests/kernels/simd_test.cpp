@@ -185,6 +185,8 @@ TYPED_TEST(Simd, Roots) {
             this->expect_unary(
                 *p, p->reciprocal_square_root_seed, [](double x) { return 1 / std::sqrt(x); }, -60, 60, true,
                 p->seed_error, "rsqrt seed");
+            this->expect_unary(
+                *p, p->reciprocal_seed, [](double x) { return 1 / x; }, -60, 60, true, p->seed_error, "rcp seed");
         }
     }
 }
@@ -197,17 +199,21 @@ TYPED_TEST(Simd, SpringFactorKeepsItsDigits) {
     using T = TypeParam;
     const auto exact = [](double s) { return s / (1 + s + std::sqrt(1 + s)); };
     for (const auto* p : probes<T>()) {
-        for (auto* operation : {p->one_minus_rsqrt_fast, p->one_minus_rsqrt_exact}) {
+        for (auto* operation : {p->one_minus_rsqrt_accurate, p->one_minus_rsqrt_exact}) {
             this->expect_unary(*p, operation, exact, -100, 20, true, 4 * this->kEpsilon, "spring factor");
             this->expect_unary(*p, operation, exact, -100, -1, false, 4 * this->kEpsilon, "spring factor");
         }
+        // The estimates' errors at any magnitude, and no other.
+        const double estimates = p->reciprocal_seed ? 2 * p->seed_error + 0x1p-19 : 4 * this->kEpsilon;
+        this->expect_unary(*p, p->one_minus_rsqrt_fast, exact, -100, 20, true, estimates, "fast spring factor");
+        this->expect_unary(*p, p->one_minus_rsqrt_fast, exact, -100, -1, false, estimates, "fast spring factor");
     }
 }
 
 TYPED_TEST(Simd, SpringFactorIsFiniteForCoincidentEnds) {
     using T = TypeParam;
     for (const auto* p : probes<T>()) {
-        for (auto* operation : {p->one_minus_rsqrt_fast, p->one_minus_rsqrt_exact}) {
+        for (auto* operation : {p->one_minus_rsqrt_fast, p->one_minus_rsqrt_accurate, p->one_minus_rsqrt_exact}) {
             auto out = this->zeros();
             for (double rounding : {-4.0, -1.0, 0.0, 1.0, 100.0}) {
                 const std::vector<T> s(kMaxWidth, static_cast<T>(-1 + rounding * this->kEpsilon));

@@ -62,7 +62,7 @@ TYPED_TEST(SpringDamping, ForcesAgreeWithTheReference) {
             const double scale = 0.01 * testing::largest(reference::hessian_product_scale(body, u, v));
             for (const std::string& layout : distinct_lattice_layouts()) {
                 for (InstructionSet set : available_instruction_sets()) {
-                    for (Accuracy accuracy : {Accuracy::fast, Accuracy::exact}) {
+                    for (Accuracy accuracy : {Accuracy::accurate, Accuracy::exact}) {
                         PlanOptions options;
                         options.layout = layout;
                         options.instruction_set = set;

@@ -105,7 +105,7 @@ TEST(Wisdom, MergesTheOthersEntriesOverItsOwn) {
 
 TEST(Wisdom, RefusesWhatIsForeignOrStale) {
     const std::string text = two_entries().export_text();
-    expect_refused(with(text, "schema = 2", "schema = 1"), 2, "foreign: written in another schema (there: 1; here: 2)");
+    expect_refused(with(text, "schema = 3", "schema = 2"), 2, "foreign: written in another schema (there: 2; here: 3)");
     expect_refused(with(text, std::string("version = ") + kVersion, "version = 0.0.9"), 3,
                    "stale: written by another version of hybmss (there: 0.0.9; here: ");
     expect_refused(with(text, "cpu = ", "cpu = Not "), 4, "foreign: measured on another CPU (there: Not ");

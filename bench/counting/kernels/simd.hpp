@@ -205,6 +205,10 @@ template <class V>
 V reciprocal_square_root_seed(V a) {
     return evaluate(kEstimate, &bench::OperationCount::estimates, 1, 0, a);
 }
+template <class V>
+V reciprocal_seed(V a) {
+    return evaluate(kEstimate, &bench::OperationCount::estimates, 1, 1, a);
+}
 /// How many instructions the real ones are: see there.
 template <class V>
 V shift_in(V previous, V current) {
