@@ -51,6 +51,17 @@ def test_arrays_of_any_strides_are_used_as_they_are(dtype):
     assert np.array_equal(every_other[::-2], expected) and not every_other[::2].any()
 
 
+def test_levels_of_accuracy():
+    u = displacements("float32")
+    f = {level: hybmss.ForcePlan(BOX, MATERIAL, "float32", accuracy=level).forces(u).astype("float64")
+         for level in ("fast", "accurate", "exact")}
+    scale = np.abs(f["exact"]).max()
+    assert np.abs(f["accurate"] - f["exact"]).max() < 1e-5 * scale
+    assert np.abs(f["fast"] - f["exact"]).max() < 1e-2 * scale
+    with pytest.raises(ValueError, match='accuracy "precise" is not known'):
+        hybmss.ForcePlan(BOX, MATERIAL, accuracy="precise")
+
+
 def test_hessian_product_is_the_forces_change():
     plan = hybmss.ForcePlan(BOX, MATERIAL)
     u, p = displacements(), np.random.default_rng(5).normal(size=(BOX.node_count, 3))
