@@ -1,5 +1,8 @@
 #include "layouts/aligned_array.hpp"
 
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <new>
 #include <stdexcept>
@@ -26,15 +29,31 @@ Allocator current_allocator() {
     return current;
 }
 
-void* allocate_array(const Allocator& allocator, std::size_t bytes) {
+ArrayPlace allocate_array(const Allocator& allocator, std::size_t bytes) {
+    constexpr std::size_t kPageLines = 64, kStep = 5; // lines; odd, so that it meets all of a page's
     if (bytes == 0) {
-        return nullptr;
+        return {};
     }
-    void* memory = allocator.allocate(bytes, kArrayAlignment, allocator.user);
+    const std::size_t room = std::min(kPageLines, bytes / 4 / kArrayAlignment);
+    ArrayPlace place;
+    place.bytes = bytes + room * kArrayAlignment;
+    void* const memory = allocator.allocate(place.bytes, kArrayAlignment, allocator.user);
     if (!memory) {
         throw std::bad_alloc();
     }
-    return memory;
+    static std::atomic<std::size_t> arrays = 0;
+    if (room > 0) {
+        const std::size_t line = reinterpret_cast<std::uintptr_t>(memory) / kArrayAlignment % kPageLines;
+        const std::size_t wanted = arrays.fetch_add(1, std::memory_order_relaxed) * kStep % kPageLines;
+        place.offset = (wanted + kPageLines - line) % kPageLines % room * kArrayAlignment;
+    }
+    place.array = static_cast<std::byte*>(memory) + place.offset;
+    return place;
+}
+
+void release_array(const Allocator& allocator, const ArrayPlace& place) {
+    allocator.release(static_cast<std::byte*>(place.array) - place.offset, place.bytes, kArrayAlignment,
+                      allocator.user);
 }
 
 void set_allocator(const Allocator& allocator) {
