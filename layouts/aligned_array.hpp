@@ -24,8 +24,8 @@ Allocator current_allocator();
 ///
 /// A sweep walks some twenty arrays side by side. Where all of them begin at the same place in a page, as large ones do
 /// that the system hands out in whole pages, they fall into the same sets of the first cache, and stores look like ones
-/// that later loads have to wait for: steps take 8 to 27 % longer. So each array begins five cache lines further into a
-/// page than the one before, as near to that as a quarter of its own size allows.
+/// that later loads have to wait for: steps take a tenth longer and more. So each array begins five cache lines further
+/// into a page than the one before, as near to that as a quarter of its own size allows.
 struct ArrayPlace {
     void* array = nullptr; ///< null for no bytes
     std::size_t offset = 0;
