@@ -126,14 +126,21 @@ void CoarseLevel::invert_rotations() {
 
 void CoarseLevel::multiply(const GridVector& p, GridVector& out) {
     const std::size_t size = grid_.size();
-    run(static_cast<std::size_t>(grid_.cells[2] + 1), [&](std::size_t k) {
-        const int z = static_cast<int>(k);
+    const auto planes = static_cast<std::size_t>(grid_.cells[2] + 3);
+    run(planes, [&](std::size_t k) {
+        // Nodes of the border too: corrections by rotations reach them, and would see there what came before.
+        for (auto& array : out.c) {
+            std::fill_n(array.data() + k * grid_.plane(), grid_.plane(), 0.0f);
+        }
+        if (k == 0 || k + 1 == planes) {
+            return;
+        }
+        const int z = static_cast<int>(k) - 1;
         const std::size_t first = grid_.index(0, 0, z);
         const std::size_t length = grid_.index(grid_.cells[0], grid_.cells[1], z) - first + 1;
         float* to[3];
         for (std::size_t c = 0; c < 3; ++c) {
             to[c] = out.c[c].data() + first;
-            std::fill_n(to[c], length, 0.0f);
         }
         for (std::size_t s = 0; s < 27; ++s) {
             const std::size_t at =
@@ -167,6 +174,7 @@ void CoarseLevel::precondition(const GridVector& r, GridVector& z) {
 
 void CoarseLevel::estimate_spectrum() {
     GridVector &x = vectors_.direction, &y = vectors_.residual;
+    x.clear();
     unsigned state = 1;
     for_each_place({0, 0, 0}, grid_.cells, [&](int i, int j, int k) {
         for (auto& array : x.c) {
