@@ -79,6 +79,9 @@ template <class T>
 template <class Outer, class Inner, class Move>
 void Body<T>::for_each_component(Outer* const (&outer)[3], std::ptrdiff_t outer_stride,
                                  const Component<Inner> (&inner)[3], const Move& move) const {
+    if (node_count() == 0) {
+        return; // the caller's pointers may be null, and so are ours
+    }
     const std::ptrdiff_t inner_stride = inner[0].stride;
     if (const std::span<const std::uint32_t> all = order(); !all.empty()) {
         // Node by node: the caller's components of a node may share a cache line, and no neighbour will be near it.

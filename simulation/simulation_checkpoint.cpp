@@ -1,6 +1,7 @@
 #include "hybmss/version.hpp"
 #include "simulation/checkpoint_file.hpp"
 #include "simulation/digest.hpp"
+#include "simulation/one_line.hpp"
 #include "simulation/simulation_implementation.hpp"
 
 #include <stdexcept>
@@ -104,6 +105,9 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
 
 Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, const std::string& path,
                                  std::string* attached) {
+    const auto refused = [&](const std::exception& error) {
+        return std::invalid_argument("checkpoint " + path + ": " + one_line(error.what()));
+    };
     try {
         if (scene.solver.method == SolverMethod::static_equilibrium) {
             throw std::runtime_error("a static scene has no time to go on from");
@@ -150,8 +154,10 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         return simulation;
     } catch (const SceneError&) {
         throw;
+    } catch (const std::invalid_argument& error) { // a word that names no layout, no instruction set
+        throw refused(error);
     } catch (const std::runtime_error& error) {
-        throw std::invalid_argument("checkpoint " + path + ": " + error.what());
+        throw refused(error);
     }
 }
 
