@@ -130,7 +130,7 @@ void explain_accuracy(const AccuracyReport& report) {
                "GB", "s, about");
     for (const AccuracyOffer& offer : report.offers) {
         fmt::print("  {:<10g} {:<7} {:<8} {:>9.1e}  {:<20} {:>9.2g} {:>8.2g}{}\n", offer.accuracy,
-                   name(offer.precision), name(Accuracy::accurate), offer.tolerance,
+                   name(offer.precision), name(offer.kernel), offer.tolerance,
                    fmt::format("{} x {} x {}", offer.cells[0], offer.cells[1], offer.cells[2]), offer.bytes / 1e9,
                    offer.seconds,
                    !offer.fits                       ? "  does not fit"

@@ -29,6 +29,11 @@ double tolerance_for(double accuracy, Precision precision) {
                                            : std::clamp(0.01 * accuracy, 1e-10, 1e-5);
 }
 
+/// The fastest level whose errors are small against what a node may be left unbalanced by.
+Accuracy kernel_for(double tolerance, Precision precision) {
+    return force_error_bound(Accuracy::fast, precision) <= 0.1 * tolerance ? Accuracy::fast : Accuracy::accurate;
+}
+
 std::string message(const char* format, auto... values) {
     char buffer[256];
     std::snprintf(buffer, sizeof buffer, format, values...);
@@ -66,7 +71,7 @@ public:
         report_.wanted = *scene.solver.accuracy;
         report_.free_mesh = family_.is_free();
         report_.precision = precision(report_.wanted);
-        report_.tolerance = tolerance(report_.wanted, report_.precision);
+        choose_solver();
     }
 
     const MeshFamily& family() const { return family_; }
@@ -80,7 +85,7 @@ public:
         if (!run(multiple) && report_.precision == Precision::float32 && options_.choose_precision) {
             // Rounding may be what kept it from its tolerance.
             report_.precision = Precision::float64;
-            report_.tolerance = tolerance(report_.wanted, report_.precision);
+            choose_solver();
             run(multiple);
         }
         if (!summary_.failure.empty()) {
@@ -122,6 +127,7 @@ public:
         offer.accuracy = accuracy;
         offer.precision = precision(accuracy);
         offer.tolerance = tolerance(accuracy, offer.precision);
+        offer.kernel = kernel(offer.tolerance, offer.precision);
         const double multiple = std::min(multiple_for(accuracy), 1e8);
         const auto whole = static_cast<std::int64_t>(multiple);
         offer.cells = family_.cells(whole);
@@ -203,6 +209,16 @@ private:
         return scene_.solver.tolerance.value_or(tolerance_for(accuracy, type));
     }
 
+    /// `exact`, which is asked for its bits, stays.
+    Accuracy kernel(double tolerance, Precision type) const {
+        return options_.simulation.plan.accuracy == Accuracy::exact ? Accuracy::exact : kernel_for(tolerance, type);
+    }
+    /// What follows from the wish and the type.
+    void choose_solver() {
+        report_.tolerance = tolerance(report_.wanted, report_.precision);
+        report_.kernel = kernel(report_.tolerance, report_.precision);
+    }
+
     bool run(std::int64_t multiple) {
         AccuracyMesh mesh{family_.cells(multiple), family_.cell_size(multiple)};
         if (options_.before_solve) {
@@ -210,6 +226,7 @@ private:
         }
         SimulationOptions options = options_.simulation;
         options.precision = report_.precision;
+        options.plan.accuracy = report_.kernel;
         simulation_ = std::make_unique<Simulation>(scene_on(multiple), options);
         summary_ = simulation_->run();
         mesh.seconds = summary_.wall_seconds;

@@ -35,7 +35,8 @@ Json accuracy_json(const AccuracyReport& a) {
     Json json = {{"wanted", a.wanted},       {"error_estimate", a.error_estimate},
                  {"reached", a.reached()},   {"quantity", a.quantity},
                  {"order", a.order},         {"free_mesh", a.free_mesh},
-                 {"tolerance", a.tolerance}, {"precision", name(a.precision)}};
+                 {"tolerance", a.tolerance}, {"precision", name(a.precision)},
+                 {"kernel", name(a.kernel)}};
     json["meshes"] = Json::array();
     for (const AccuracyMesh& mesh : a.meshes) {
         json["meshes"].push_back({{"cells", mesh.cells}, {"cell_size", mesh.cell_size}, {"seconds", mesh.seconds}});
@@ -47,6 +48,7 @@ Json accuracy_json(const AccuracyReport& a) {
     for (const AccuracyOffer& offer : a.offers) {
         json["offers"].push_back({{"accuracy", offer.accuracy},
                                   {"precision", name(offer.precision)},
+                                  {"kernel", name(offer.kernel)},
                                   {"tolerance", offer.tolerance},
                                   {"cells", offer.cells},
                                   {"cell_size", offer.cell_size},

@@ -3,6 +3,7 @@
 /// \file
 /// What came of the wish for an accuracy: the meshes tried, the error estimated, and what more would cost.
 
+#include "hybmss/accuracy.hpp"
 #include "hybmss/precision.hpp"
 
 #include <array>
@@ -26,6 +27,7 @@ struct AccuracyMesh {
 struct AccuracyOffer {
     double accuracy = 0;
     Precision precision = Precision::float64;
+    Accuracy kernel = Accuracy::accurate;
     double tolerance = 0; ///< of the residual
     std::array<std::int64_t, 3> cells = {0, 0, 0};
     double cell_size = 0;          ///< m
@@ -45,7 +47,8 @@ struct AccuracyReport {
     bool free_mesh = false;    ///< the mesh was chosen
     double tolerance = 0;      ///< of the residual
     Precision precision = Precision::float64;
-    std::vector<AccuracyMesh> meshes;  ///< in the order they were solved
+    Accuracy kernel = Accuracy::accurate; ///< the fastest level whose force errors are a tenth of the tolerance at most
+    std::vector<AccuracyMesh> meshes;     ///< in the order they were solved
     std::vector<AccuracyOffer> offers; ///< the wish, ten times less, ten and a hundred times more: sorted, worst first
     bool reached() const { return error_estimate <= wanted; }
 };

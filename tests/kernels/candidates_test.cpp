@@ -6,6 +6,7 @@
 #include "plan/planned_body.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
+#include "tests/kernels/environment.hpp"
 #include "tests/kernels/moving_body.hpp"
 #include "tests/unit/random_bodies.hpp"
 
@@ -58,6 +59,7 @@ TEST(Candidates, TheFirstIsTheEstimate) {
 TEST(Candidates, WhatTheCallerFixedStays) {
     const std::vector<std::string> layouts = {"a", "b"};
     constexpr std::size_t kNodes = 1000000;
+    const testing::Variable unforced("HYBMSS_ISA", nullptr);
     PlanOptions options;
     options.threads = 2;
     const std::size_t sets = std::min<std::size_t>(2, available_instruction_sets().size());
@@ -77,11 +79,8 @@ TEST(Candidates, WhatTheCallerFixedStays) {
     EXPECT_EQ(candidates(layouts, options, kNodes, Operation::step).size(), 1u);
 
     options = {};
-    ASSERT_EQ(setenv("HYBMSS_ISA", std::string(name(available_instruction_sets().front())).c_str(), 1), 0);
-    const bool forced =
-        all_have([](const Candidate& c) { return c.instruction_set == available_instruction_sets().front(); });
-    ASSERT_EQ(unsetenv("HYBMSS_ISA"), 0);
-    EXPECT_TRUE(forced);
+    const testing::Variable forced("HYBMSS_ISA", std::string(name(available_instruction_sets().front())).c_str());
+    EXPECT_TRUE(all_have([](const Candidate& c) { return c.instruction_set == available_instruction_sets().front(); }));
 }
 
 TEST(Candidates, TilesAndIntegrationWhereALayoutHasThem) {

@@ -1,5 +1,6 @@
 // The public face of plans: memory pictures, errors, concurrent use, forced instruction sets.
 
+#include "tests/kernels/environment.hpp"
 #include "tests/kernels/moving_body.hpp"
 #include "tests/unit/random_bodies.hpp"
 
@@ -136,14 +137,16 @@ TEST(ForcePlan, MayRunManyTimesAtOnce) {
 TEST(InstructionSets, TheForcedOneRuns) {
     const Lattice lattice = Lattice::box(2, 2, 2, 1.0);
     for (InstructionSet set : available_instruction_sets()) {
-        ASSERT_EQ(setenv("HYBMSS_ISA", std::string(name(set)).c_str(), 1), 0);
+        const testing::Variable forced("HYBMSS_ISA", std::string(name(set)).c_str());
         EXPECT_EQ(ForcePlan<float>(lattice, Material{}).describe().instruction_set, set);
         EXPECT_EQ(ExplicitDynamics<double>(lattice, Material{}).describe().instruction_set, set);
     }
-    ASSERT_EQ(setenv("HYBMSS_ISA", "mmx", 1), 0);
-    EXPECT_EQ(refusal([&] { ForcePlan<float>(lattice, Material{}); }),
-              "instruction set \"mmx\" is not known: it must be one of automatic, sse2, avx2, avx512, neon");
-    ASSERT_EQ(unsetenv("HYBMSS_ISA"), 0);
+    {
+        const testing::Variable unknown("HYBMSS_ISA", "mmx");
+        EXPECT_EQ(refusal([&] { ForcePlan<float>(lattice, Material{}); }),
+                  "instruction set \"mmx\" is not known: it must be one of automatic, sse2, avx2, avx512, neon");
+    }
+    const testing::Variable unforced("HYBMSS_ISA", nullptr);
     EXPECT_EQ(resolve(InstructionSet::automatic), available_instruction_sets().back());
     EXPECT_NE(refusal([] { resolve(InstructionSet::neon); }).find("instruction set neon is not available here"),
               std::string::npos);

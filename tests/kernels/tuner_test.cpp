@@ -8,6 +8,7 @@
 #include "plan/tuner_sample.hpp"
 #include "plan/wisdom_class.hpp"
 #include "plan/wisdom_store.hpp"
+#include "tests/kernels/environment.hpp"
 #include "tests/kernels/moving_body.hpp"
 #include "tests/unit/random_bodies.hpp"
 #include "tests/unit/refusal.hpp"
@@ -209,6 +210,7 @@ TEST(Efforts, ALargeBodyIsSievedFirst) {
 }
 
 TEST(Efforts, WisdomThatNamesNoCandidateIsNotTrusted) {
+    const testing::Variable unforced("HYBMSS_ISA", nullptr);
     const Lattice lattice = Lattice::box(5, 5, 5, 0.1);
     Wisdom wisdom;
     PlanOptions options;

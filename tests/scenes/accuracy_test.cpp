@@ -76,6 +76,7 @@ TEST(Accuracy, ChoosesMeshAndType) {
     const nlohmann::json loose = run(static_scene("size = [1, 1, 1.5]\n", "accuracy = 0.05\n"));
     EXPECT_TRUE(loose["accuracy"]["reached"]);
     EXPECT_EQ(loose["plan"]["precision"], "float");
+    EXPECT_EQ(loose["accuracy"]["kernel"], "accurate");
     EXPECT_GE(loose["accuracy"]["meshes"].size(), 2u);
     EXPECT_EQ(loose["accuracy"]["meshes"].back()["cells"][2],
               loose["accuracy"]["meshes"].back()["cells"][0].get<int>() * 3 / 2);
@@ -91,6 +92,14 @@ TEST(Accuracy, ChoosesMeshAndType) {
         EXPECT_GT(offers[i]["bytes"], offers[i - 1]["bytes"]);
         EXPECT_GT(offers[i]["seconds"], offers[i - 1]["seconds"]);
     }
+}
+
+// Kernels need not be better than what a node may be left unbalanced by.
+TEST(Accuracy, ChoosesTheKernelsByTheTolerance) {
+    const nlohmann::json summary = run(static_scene("size = [1, 1, 1]\n", "accuracy = 0.1\ntolerance = 0.02\n"));
+    EXPECT_EQ(summary["accuracy"]["kernel"], "fast");
+    EXPECT_EQ(summary["accuracy"]["offers"][0]["kernel"], "fast");
+    EXPECT_TRUE(summary["accuracy"]["reached"]);
 }
 
 TEST(Accuracy, OfAGivenMeshIsToldAndNotForced) {
