@@ -146,7 +146,7 @@ void issue_divide(long operations, void*) {
     Chains<V> c;
     for (long done = 0; done < operations; done += kChains) {
         c.each([&](V& a) {
-            a = c.b / a;
+            a = divide(c.b, a);
             opaque(a);
         });
     }

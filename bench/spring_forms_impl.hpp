@@ -27,7 +27,7 @@ HYBMSS_INLINE V factor_of_length(V w) {
     const V one = splat<V>(1);
     w = maximum(w, splat<V>(Scalar<V>(0x1p-20)));
     if constexpr (root == Root::exact) {
-        return one - one / square_root(w);
+        return one - divide(one, square_root(w));
     } else {
         V t = reciprocal_square_root_seed(w);
         constexpr int kNewton = root == Root::approximate ? 0 : Traits<V>::kFloat ? 1 : 2;

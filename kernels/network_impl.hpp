@@ -116,7 +116,7 @@ double network_spring_energy(const NetworkSprings<Scalar<V>>& springs, const Nod
         Vector3<V> rest, du;
         const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
         const V k =
-            splat<V>(T(0.5)) * load_lanes<V>(springs.stiffness + i) / load_lanes<V>(springs.inverse_length2 + i);
+            divide(splat<V>(T(0.5)) * load_lanes<V>(springs.stiffness + i), load_lanes<V>(springs.inverse_length2 + i));
         energy += sum_in_double(k * squared_strain(s));
     }
     return energy;
@@ -129,7 +129,7 @@ double network_cell_energy(const NetworkCells<Scalar<V>>& cells, const NodeArray
     double energy = 0;
     for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
         const V dilation = hexahedron_volume<V>(cells, nodes.displacement, i).dilation;
-        const V scale = load_lanes<V>(cells.kappa + i) / load_lanes<V>(cells.inverse_volume + i);
+        const V scale = divide(load_lanes<V>(cells.kappa + i), load_lanes<V>(cells.inverse_volume + i));
         energy += sum_in_double(scale * volume_energy<volume>(dilation));
     }
     return energy;

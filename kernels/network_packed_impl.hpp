@@ -213,7 +213,8 @@ double packed_cell_energy(const CellBlock<Scalar<V>>* blocks, const PackedNodes<
     for (std::ptrdiff_t b = begin; b < end; ++b) {
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
             const V dilation = block_volume<V>(blocks[b], lane, nodes.displacement).dilation;
-            const V scale = load_lanes<V>(blocks[b].kappa + lane) / load_lanes<V>(blocks[b].inverse_volume + lane);
+            const V scale =
+                divide(load_lanes<V>(blocks[b].kappa + lane), load_lanes<V>(blocks[b].inverse_volume + lane));
             energy += sum_in_double(scale * volume_energy<volume>(dilation));
         }
     }

@@ -117,9 +117,24 @@ HYBMSS_INLINE V maximum(V a, V b) {
     return xsimd::max(a, b);
 }
 
+// Correctly rounded. On ARM, xsimd 8.1 has approximations for floats instead.
 template <class V>
 HYBMSS_INLINE V square_root(V a) {
+#if defined(__aarch64__)
+    if constexpr (Traits<V>::kFloat) {
+        return vsqrtq_f32(a);
+    }
+#endif
     return xsimd::sqrt(a);
+}
+template <class V>
+HYBMSS_INLINE V divide(V a, V b) {
+#if defined(__aarch64__)
+    if constexpr (Traits<V>::kFloat) {
+        return vdivq_f32(a, b);
+    }
+#endif
+    return a / b;
 }
 
 /// How good reciprocal_square_root_seed is, or that there is none and the exact operations are the faster way.

@@ -98,7 +98,7 @@ HYBMSS_INLINE Vector3<V> law_product(V k, V s, V t, V inverse_length2, const Vec
 template <class V>
 HYBMSS_INLINE V stiffening_energy(V s, const StiffeningConstants<Scalar<V>>& c) {
     using T = Scalar<V>;
-    const V one = splat<V>(1), e = s / (one + square_root(maximum(s + one, splat<V>(0))));
+    const V one = splat<V>(1), e = divide(s, one + square_root(maximum(s + one, splat<V>(0))));
     return e * e * e *
            multiply_add(splat<V>(c.cubic * T(0.25)), e, splat<V>(static_cast<T>(c.quadratic * T(1.0 / 3.0))));
 }

@@ -46,7 +46,7 @@ HYBMSS_INLINE void one_minus_rsqrt(const V (&s)[count], V (&out)[count]) {
         V w[count], root[count];
         each([&](std::size_t i) { w[i] = maximum(s[i] + c(1.0), c(Traits<V>::kFloat ? 0x1p-20 : 0x1p-40)); });
         each([&](std::size_t i) { root[i] = square_root(w[i]); });
-        each([&](std::size_t i) { out[i] = s[i] / (w[i] + root[i]); });
+        each([&](std::size_t i) { out[i] = divide(s[i], w[i] + root[i]); });
     } else {
         // Half a step below 1, 2^-(bits + 2), must exceed the estimate's error.
         constexpr int kBits = kSeed == Seed::bits14 ? 11 : 5;
@@ -81,7 +81,7 @@ template <class V>
 HYBMSS_INLINE V squared_strain(V s) {
     using T = Scalar<V>;
     const V w = maximum(s + splat<V>(T(1)), splat<V>(T(0)));
-    const V strain = s / (splat<V>(T(1)) + square_root(w));
+    const V strain = divide(s, splat<V>(T(1)) + square_root(w));
     return strain * strain;
 }
 

@@ -51,7 +51,7 @@ double soa_stiffening_energy(const NetworkSprings<Scalar<V>>& springs, const Hes
     for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
         Vector3<V> rest, du;
         const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
-        const V scale = load_lanes<V>(springs.stiffness + i) / load_lanes<V>(springs.inverse_length2 + i);
+        const V scale = divide(load_lanes<V>(springs.stiffness + i), load_lanes<V>(springs.inverse_length2 + i));
         energy += sum_in_double(scale * stiffening_energy(s, nodes.stiffening));
     }
     return energy;
@@ -65,7 +65,8 @@ double packed_stiffening_energy(const SpringBlock<Scalar<V>>* blocks, const Pack
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
             Vector3<V> rest, du;
             const V s = block_stretch<V>(blocks[b], lane, nodes.displacement, rest, du);
-            const V scale = load_lanes<V>(blocks[b].stiffness + lane) / load_lanes<V>(blocks[b].inverse_length2 + lane);
+            const V scale =
+                divide(load_lanes<V>(blocks[b].stiffness + lane), load_lanes<V>(blocks[b].inverse_length2 + lane));
             energy += sum_in_double(scale * stiffening_energy(s, nodes.stiffening));
         }
     }

@@ -18,17 +18,17 @@ HYBMSS_INLINE V cube_root_minus_one(V j) {
     const V x = j + k(1.0);
     const V seed = cube_root_seed(x);
     const V seed3 = seed * seed * seed;
-    const V halley = seed * multiply_add(k(2.0), x, seed3) / multiply_add(k(2.0), seed3, x);
+    const V halley = divide(seed * multiply_add(k(2.0), x, seed3), multiply_add(k(2.0), seed3, x));
     const V c = round_fraction<12>(halley);
     const V y = c - k(1.0);
     const V residual = subtract_product(y, multiply_add(y, y + k(3.0), k(3.0)), j);
-    const V root = y + c * residual / multiply_add(k(3.0) * c, c * c, residual);
+    const V root = y + divide(c * residual, multiply_add(k(3.0) * c, c * c, residual));
     if constexpr (Traits<V>::kFloat) {
         return root;
     } else {
         const V last = subtract_product(root, multiply_add(root, root + k(3.0), k(3.0)), j);
         const V refined = root + k(1.0);
-        return root + last / (k(3.0) * refined * refined);
+        return root + divide(last, k(3.0) * refined * refined);
     }
 }
 
@@ -43,7 +43,7 @@ HYBMSS_INLINE V volume_slope(V j) {
     } else {
         const V e = cube_root_minus_one(maximum(j, splat<V>(T(-0.875))));
         const V c = e + splat<V>(T(1));
-        return splat<V>(T(3)) * e / (c * c);
+        return divide(splat<V>(T(3)) * e, c * c);
     }
 }
 
@@ -62,7 +62,7 @@ HYBMSS_INLINE VolumeDerivatives<V> volume_derivatives(V j) {
     } else {
         const V bound = splat<V>(T(-0.875));
         const V e = cube_root_minus_one(maximum(j, bound));
-        const V inverse = splat<V>(T(1)) / (splat<V>(T(1)) + e), inverse2 = inverse * inverse;
+        const V inverse = divide(splat<V>(T(1)), splat<V>(T(1)) + e), inverse2 = inverse * inverse;
         const V curvature = (splat<V>(T(1)) - e) * inverse * (inverse2 * inverse2);
         return {splat<V>(T(3)) * e * inverse2, curvature * one_where_positive(j - bound)};
     }

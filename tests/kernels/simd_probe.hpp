@@ -21,6 +21,7 @@ struct SimdProbe {
     void (*minus_product_minus)(const T* a, const T* b, const T* c, T* out);
     void (*maximum)(const T* a, const T* b, T* out);
     void (*square_root)(const T* a, T* out);
+    void (*divide)(const T* a, const T* b, T* out);
     void (*shift_in)(const T* previous, const T* current, T* out);
     void (*gather)(const T* base, const std::int32_t* index, T* out);
     void (*scatter)(const T* values, T* base, const std::int32_t* index);

@@ -38,6 +38,7 @@ constexpr SimdProbe<Scalar<V>> make_probe(InstructionSet set) {
     p.minus_product_minus = ternary<V>([](V a, V b, V c) { return kernels::minus_product_minus(a, b, c); });
     p.maximum = binary<V>([](V a, V b) { return kernels::maximum(a, b); });
     p.square_root = unary<V>([](V a) { return kernels::square_root(a); });
+    p.divide = binary<V>([](V a, V b) { return kernels::divide(a, b); });
     p.shift_in = binary<V>([](V a, V b) { return kernels::shift_in(a, b); });
     p.gather = [](const T* base, const std::int32_t* index, T* out) { store_lanes(out, gather_lanes<V>(base, index)); };
     p.scatter = [](const T* values, T* base, const std::int32_t* index) {

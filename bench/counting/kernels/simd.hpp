@@ -145,10 +145,6 @@ Counted<T, set> operator*(Counted<T, set> a, Counted<T, set> b) {
     return evaluate(kMultiply, &bench::OperationCount::multiplications, 1, 0, a, b);
 }
 template <class T, InstructionSet set>
-Counted<T, set> operator/(Counted<T, set> a, Counted<T, set> b) {
-    return evaluate(kDivide, &bench::OperationCount::divisions, 1, 0, a, b);
-}
-template <class T, InstructionSet set>
 Counted<T, set> operator-(Counted<T, set> a) {
     return evaluate(kNegate, nullptr, 0, 0, a);
 }
@@ -200,6 +196,10 @@ V maximum(V a, V b) {
 template <class V>
 V square_root(V a) {
     return evaluate(kRoot, &bench::OperationCount::square_roots, 1, 0, a);
+}
+template <class V>
+V divide(V a, V b) {
+    return evaluate(kDivide, &bench::OperationCount::divisions, 1, 0, a, b);
 }
 template <class V>
 V reciprocal_square_root_seed(V a) {
