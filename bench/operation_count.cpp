@@ -19,7 +19,7 @@ struct LayerArrays {
     explicit LayerArrays(std::ptrdiff_t vectors) {
         constexpr std::ptrdiff_t kRow = 5;
         layer.row = kRow;
-        layer.lanes = vectors * kernels::kMaxWidth;
+        layer.lanes = layer.cell_lanes = vectors * kernels::kMaxWidth;
         layer.plane = layer.lanes + 2 * kernels::kMaxWidth;
         // Two planes, and the last vector reaches one row further.
         memory.assign(static_cast<std::size_t>(kArrays * stride()), T(0));
@@ -62,9 +62,11 @@ KernelCount count() {
         kernels::ledger = {};
         kernels::lattice_layer<face_diagonals, volume, accuracy, kernels::Finish::integrate_driven, V>(arrays.layer);
         counts[vectors - 2] = kernels::ledger.count;
-        result.arrays_read = result.arrays_updated = 0;
-        std::vector<const T*> bodies(std::begin(arrays.layer.stiffness), std::end(arrays.layer.stiffness));
-        bodies.push_back(arrays.layer.inverse_mass);
+        result.arrays_read = result.arrays_updated = result.planes_read = 0;
+        for (const T* array : arrays.layer.stiffness) {
+            result.planes_read += arrays.in(kernels::ledger.read, array);
+        }
+        std::vector<const T*> bodies = {arrays.layer.inverse_mass};
         bodies.insert(bodies.end(), std::begin(arrays.layer.displacement), std::end(arrays.layer.displacement));
         bodies.insert(bodies.end(), std::begin(arrays.layer.velocity), std::end(arrays.layer.velocity));
         for (const T* array : bodies) {

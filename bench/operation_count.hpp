@@ -26,6 +26,7 @@ struct KernelCount {
     OperationCount vector; ///< one vector of cells, in the inner loop
     int width;             ///< cells in it
     int arrays_read;       ///< arrays of the body that the kernel reads and does not write; one value a node each
+    int planes_read;       ///< arrays of stiffness: the planes of a box share them, and find them in cache
     int arrays_updated;    ///< arrays of the body that it reads and writes
 };
 

@@ -45,7 +45,8 @@ struct StepConstants {
 ///
 /// Lengths are in units of the cell edge: u / h. A node plane is `row` = nx + 1 nodes wide; it takes `lanes` elements,
 /// a multiple of kMaxWidth. Cells are numbered like the node at their low corner; those in the last column, in the last
-/// row and in the padding are void (stiffness zero), so that one flat loop over the lanes covers a layer:
+/// row and in the padding are void (stiffness zero), so that one flat loop covers a layer: over the lanes up to
+/// `cell_lanes`, behind which there are nodes of the last row alone, and their springs along the body's side:
 ///
 ///     y ^   o---o---o---o     nodes n + row ...        every cell n has its corners at
 ///       |   | 3 | 4 | v |                              n, n + 1, n + row, n + row + 1 and the same + plane
@@ -61,6 +62,7 @@ template <class T>
 struct LatticeLayer {
     std::ptrdiff_t row;
     std::ptrdiff_t lanes;
+    std::ptrdiff_t cell_lanes; ///< flat-rows: a multiple of kMaxWidth
     std::ptrdiff_t plane;
     T* displacement[3]; ///< of the lower node plane; the upper one follows after `plane` elements
     T* velocity[3];

@@ -135,6 +135,9 @@ using CubeDiagonals = SpringGroup<CellSpring<0, 7>, CellSpring<1, 6>, CellSpring
 // Those that lie in a node plane alone.
 using PlaneEdges = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>>;
 using PlaneEdgesAndFaceDiagonals = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<1, 2>, CellSpring<0, 3>>;
+// Those that lie in a side normal to y.
+using SideEdges = SpringGroup<CellSpring<0, 1>, CellSpring<0, 4>>;
+using SideEdgesAndFaceDiagonals = SpringGroup<CellSpring<0, 1>, CellSpring<0, 4>, CellSpring<1, 4>, CellSpring<0, 5>>;
 template <bool face_diagonals>
 using EdgesAndFaces = std::conditional_t<face_diagonals, EdgesAndFaceDiagonals, Edges>;
 // The nine in the order in which the rows of a layer need them.
@@ -143,6 +146,8 @@ using SecondThree = SpringGroup<CellSpring<0, 4>, CellSpring<2, 4>, CellSpring<0
 using LastThree = SpringGroup<CellSpring<0, 1>, CellSpring<0, 2>, CellSpring<1, 2>>;
 template <bool face_diagonals>
 using PlaneSprings = std::conditional_t<face_diagonals, PlaneEdgesAndFaceDiagonals, PlaneEdges>;
+template <bool face_diagonals>
+using SideSprings = std::conditional_t<face_diagonals, SideEdgesAndFaceDiagonals, SideEdges>;
 
 /// The tension k (1 - l/|d|) of each spring of a group, by the pair of its corners.
 template <class V, class... Springs>

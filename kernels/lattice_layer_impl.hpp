@@ -22,9 +22,18 @@ void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
     for (std::ptrdiff_t n = 0; n < layer.row; n += kWidth<V>) {
         store_force<V>(layer.above, n, {zero, zero, zero});
     }
+    // Behind what the cells set.
+    for (std::ptrdiff_t n = layer.cell_lanes + layer.row; n < layer.lanes; n += kWidth<V>) {
+        store_force<V>(layer.above, n, {zero, zero, zero});
+    }
     auto carry = no_carry<V>();
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+    std::ptrdiff_t n = 0;
+    for (; n < layer.cell_lanes; n += kWidth<V>) {
         sweep_cells<face_diagonals, volume, accuracy, finish, true, V>(layer, rows_at(layer, n), carry);
+    }
+    // In the last row cells are void, and so are the springs across it.
+    for (; n < layer.lanes; n += kWidth<V>) {
+        sweep_last_row<face_diagonals, accuracy, finish, V>(layer, rows_at(layer, n), carry);
     }
 }
 

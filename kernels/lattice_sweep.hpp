@@ -199,6 +199,40 @@ HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellR
     finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f[1], carry.low));
 }
 
+/// The same for nodes of the last row, beyond which there are no cells: springs within the side, which lies in x and z.
+template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+HYBMSS_INLINE void sweep_last_row(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
+    using T = Scalar<V>;
+    const V zero = splat<V>(0);
+    Vector3<V> u[6];
+    load_row<V, T>(layer, at.low, u[0], u[1]);
+    load_row<V, T>(layer, layer.plane + at.high, u[4], u[5]);
+    V k[7];
+    for (int kind : {0, 2, 4}) {
+        k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+    }
+    const auto tension = spring_tensions<accuracy>(SideSprings<face_diagonals>{}, u, k);
+    // Added up as in a cell whose other springs pull with nothing, so that both make the same bits.
+    Vector3<V> f0, f1, minus_f4;
+    if constexpr (face_diagonals) {
+        const Vector3<V> minus_f5 = spring_force<0, 5>(u, tension);
+        f0 = minus_f5;
+        f1 = minus_f4 = spring_force<1, 4>(u, tension);
+        pull<0, 4>(f0, u, tension);
+        pull<0, 4>(minus_f4, u, tension);
+        store_force<V>(layer.above, at.high,
+                       load_force<V>(layer.above, at.high) - minus_f4 - next_column(minus_f5, carry.high));
+        pull<0, 1>(f0, u, tension);
+        push<0, 1>(f1, u, tension);
+    } else {
+        f0 = minus_f4 = spring_force<0, 4>(u, tension);
+        store_force<V>(layer.above, at.high, load_force<V>(layer.above, at.high) - minus_f4);
+        pull<0, 1>(f0, u, tension);
+        f1 = Vector3<V>{zero, zero, zero} - spring_force<0, 1>(u, tension);
+    }
+    finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
+}
+
 /// The same for nodes of the topmost plane, above which there are no cells: springs within the plane.
 template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
 HYBMSS_INLINE void sweep_top(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {

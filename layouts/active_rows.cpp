@@ -104,8 +104,9 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
         a.begin.push_back(a.begin.back() + lanes);
         a.plane = std::max(a.plane, lanes);
     }
-    a.allocate(a.begin.back() + a.width,
-               material.face_diagonal_ratio > 0); // a vector more, for the element after the last
+    a.stiffness_begin = a.begin;
+    const std::size_t elements = a.begin.back() + a.width; // a vector more, for the element after the last
+    a.allocate(elements, elements, material.face_diagonal_ratio > 0);
 
     a.neighbors.reserve(a.begin.back() / a.width - a.planes);
     const CellShares shares(lattice, material, a.axes);
@@ -122,8 +123,8 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
                 };
                 a.neighbors.push_back({neighbor(j + 1, k), neighbor(j, k + 1), neighbor(j + 1, k + 1)});
                 for (std::size_t lane = 0; lane < a.width; ++lane) {
-                    a.set_node(a.begin[k] + static_cast<std::size_t>(own) + lane,
-                               shares.at({column * a.width + lane, j, k}), shares);
+                    const std::size_t n = a.begin[k] + static_cast<std::size_t>(own) + lane;
+                    a.set_node(n, n, shares.at({column * a.width + lane, j, k}), shares);
                 }
             }
         }

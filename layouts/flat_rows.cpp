@@ -1,5 +1,8 @@
 #include "layouts/flat_rows.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace hybmss {
 namespace {
 
@@ -19,6 +22,26 @@ LatticeAxes choose_axes(const Lattice& lattice) {
     return layers_enough && 32 * cost(kNormalToY) < 31 * cost(kNormalToZ) ? kNormalToY : kNormalToZ;
 }
 
+/// Whether each layer of cells is like the one below it; the lowest is not.
+std::vector<bool> layers_alike(const Lattice& lattice, const LatticeAxes& axes) {
+    const auto count = [&](std::size_t axis) { return lattice.cells()[axes[axis]]; };
+    const auto row = [&](int j, int k) { // rows lie along x
+        std::array<int, 3> cell{};
+        cell[axes[1]] = j, cell[axes[2]] = k;
+        return lattice.cell_scales().begin() +
+               static_cast<std::ptrdiff_t>(lattice.cell_index(cell[0], cell[1], cell[2]));
+    };
+    std::vector<bool> alike(static_cast<std::size_t>(count(2)), false);
+    for (int k = 1; k < count(2); ++k) {
+        int j = 0;
+        while (j < count(1) && std::equal(row(j, k), row(j, k) + count(0), row(j, k - 1))) {
+            ++j;
+        }
+        alike[static_cast<std::size_t>(k)] = j == count(1);
+    }
+    return alike;
+}
+
 } // namespace
 
 template <class T>
@@ -29,6 +52,7 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Gho
     const auto count = [&](std::size_t axis) { return static_cast<std::size_t>(lattice.cells()[a.axes[axis]]) + 1; };
     const std::size_t rows = count(1), lanes = lanes_of(lattice, a.axes);
     a.row = count(0);
+    a.cell_lanes = padded(a.row * (rows - 1));
     a.planes = count(2);
     a.plane = padded(lanes + a.row + 1);
     const std::size_t first = ghosts == Ghosts::planes ? padded(a.row + 1) + a.plane : 0;
@@ -36,18 +60,38 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Gho
         a.begin.push_back(first + k * a.plane);
     }
     a.lanes.assign(a.planes, lanes);
-    a.allocate(a.begin.back() + (ghosts == Ghosts::planes ? a.plane : 0), material.face_diagonal_ratio > 0);
+    const std::size_t elements = a.begin.back() + (ghosts == Ghosts::planes ? a.plane : 0);
+    std::size_t stiffness_elements = elements;
+    if (ghosts == Ghosts::planes) {
+        a.stiffness_begin = a.begin;
+    } else {
+        const std::vector<bool> alike = layers_alike(lattice, a.axes);
+        stiffness_elements = a.plane;
+        a.stiffness_begin = {0};
+        for (std::size_t k = 1; k < a.planes; ++k) {
+            if (k + 1 == a.planes || !alike[k] || !alike[k - 1]) {
+                stiffness_elements += a.plane;
+            }
+            a.stiffness_begin.push_back(stiffness_elements - a.plane);
+        }
+    }
+    a.allocate(elements, stiffness_elements, material.face_diagonal_ratio > 0);
 
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());
     // Cells that touch each node, by its place in the layout: nonzero makes it a node of the body.
     std::vector<unsigned char> touching(a.size(), 0);
     for (std::size_t k = 0; k < a.planes; ++k) {
+        if (k > 0 && a.stiffness_begin[k] == a.stiffness_begin[k - 1]) {
+            std::copy_n(a.inverse_mass.data() + a.begin[k - 1], a.plane, a.inverse_mass.data() + a.begin[k]);
+            std::copy_n(touching.data() + a.begin[k - 1], a.plane, touching.data() + a.begin[k]);
+            continue;
+        }
         for (std::size_t j = 0; j < rows; ++j) {
             for (std::size_t i = 0; i < a.row; ++i) {
-                const std::size_t n = a.begin[k] + j * a.row + i;
+                const std::size_t in_plane = j * a.row + i, n = a.begin[k] + in_plane;
                 const CellShares::Node node = shares.at({i, j, k});
-                a.set_node(n, node, shares);
+                a.set_node(n, a.stiffness_begin[k] + in_plane, node, shares);
                 touching[n] = static_cast<unsigned char>(node.cells);
             }
         }

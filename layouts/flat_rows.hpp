@@ -18,6 +18,8 @@ enum class Ghosts { none, planes };
 /// Rows are nx + 1 nodes long and not padded (a padded row costs more lanes than it saves); planes are padded so that
 /// they start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
 ///
+/// The stiffness of planes with the same cells below and above is held once.
+///
 /// With ghost planes it is the layout "gather-rows": a kernel may read the neighbours below the first plane and above
 /// the last one, and stiffnesses of cells there, all zero.
 ///

@@ -101,6 +101,7 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     const std::size_t offset = layout_.begin[k];
     layer.row = static_cast<std::ptrdiff_t>(layout_.row);
     layer.lanes = static_cast<std::ptrdiff_t>(layout_.lanes[k]);
+    layer.cell_lanes = static_cast<std::ptrdiff_t>(layout_.cell_lanes);
     layer.plane = static_cast<std::ptrdiff_t>(layout_.begin[k + 1] - offset);
     if (!layout_.neighbors.empty()) {
         // One a vector, but none for the void one of each plane.
@@ -118,7 +119,7 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     for (std::size_t kind = 0; kind < 7; ++kind) {
         // Kernels without face diagonals never look at theirs, which then are not there: any address will do.
         const std::size_t held = layout_.stiffness[kind].size() > 0 ? kind : 0;
-        layer.stiffness[kind] = layout_.stiffness[held].data() + offset;
+        layer.stiffness[kind] = layout_.stiffness[held].data() + layout_.stiffness_begin[k];
     }
     layer.volume_ratio = layout_.volume_ratio;
     return layer;

@@ -16,6 +16,7 @@ std::size_t LatticeBody<T>::springs_from(std::size_t index) const {
 
 template <class T>
 void LatticeBody<T>::take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) {
+    layout_.separate_planes();
     const CellShares shares(cut, material_, layout_.axes);
     for (const CutNode& node : nodes) {
         const std::size_t index = index_of(node.node);
@@ -23,7 +24,7 @@ void LatticeBody<T>::take_over(const Lattice& cut, std::span<const CutNode> node
                                                   node.place[layout_.axes[2]]};
         const CellShares::Node now = shares.at(along);
         springs_ -= springs_from(index);
-        layout_.set_node(index, now, shares);
+        layout_.set_node(index, index, now, shares);
         springs_ += springs_from(index);
         layout_.masses[node.node] = shares.mass(now.cells);
     }

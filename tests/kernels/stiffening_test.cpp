@@ -227,7 +227,8 @@ TEST(DerivedCases, LeaveOutWhatTheyMakeZero) {
         EXPECT_NE(quarter.kernel, bare.kernel);
         EXPECT_EQ(quarter.kernel.find("quadratic"), std::string::npos) << quarter.kernel;
         EXPECT_EQ(full.bytes, quarter.bytes); // the volume force has no array of its own
-        EXPECT_LE(bare.bytes + 3 * sizeof(float) * lattice.grid_node_count(), quarter.bytes);
+        // flat-rows holds three of the six planes once.
+        EXPECT_LE(bare.bytes + 3 * sizeof(float) * lattice.grid_node_count() / 2, quarter.bytes);
     }
     const PlanDescription network = ForcePlan<float>(Network::from_lattice(lattice, {1e4, 0.25, 1000, 0})).describe();
     EXPECT_EQ(network.springs, lattice.merged_springs(false).total());

@@ -1,0 +1,73 @@
+// The layout flat-rows: what a sweep reads of each plane, shared or not.
+
+#include "layouts/flat_rows.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <set>
+
+namespace hybmss {
+namespace {
+
+std::size_t planes_held(const LatticeArrays<double>& layout) {
+    return std::set(layout.stiffness_begin.begin(), layout.stiffness_begin.begin() + static_cast<long>(layout.planes))
+        .size();
+}
+
+/// Every plane has, where its stiffness is said to begin, what the cells around its nodes give.
+void expect_stiffness_of(const Lattice& lattice, const Material& material, const LatticeArrays<double>& layout) {
+    const CellShares shares(lattice, material, layout.axes);
+    const auto rows = static_cast<std::size_t>(lattice.cells()[layout.axes[1]]) + 1;
+    for (std::size_t k = 0; k < layout.planes; ++k) {
+        for (std::size_t j = 0; j < rows; ++j) {
+            for (std::size_t i = 0; i < layout.row; ++i) {
+                const CellShares::Node node = shares.at({i, j, k});
+                const std::size_t n = j * layout.row + i;
+                for (std::size_t kind = 0; kind < 7; ++kind) {
+                    ASSERT_EQ(layout.stiffness[kind][layout.stiffness_begin[k] + n], node.stiffness[kind])
+                        << "node " << i << ' ' << j << ' ' << k << ", kind " << kind;
+                }
+                ASSERT_EQ(layout.inverse_mass[layout.begin[k] + n],
+                          node.cells > 0 ? shares.inverse_mass(node.cells) : 0);
+            }
+        }
+    }
+}
+
+TEST(FlatRowsLayout, ABoxHoldsThreePlanesOfStiffness) {
+    const Material material;
+    for (const std::array<int, 3>& cells : {std::array{5, 4, 6}, {4, 4, 24}, {3, 9, 2}, {1, 1, 1}, {2, 1, 2}}) {
+        const Lattice lattice = Lattice::box(cells[0], cells[1], cells[2], 0.5);
+        LatticeArrays<double> layout = flat_rows<double>(lattice, material);
+        EXPECT_EQ(planes_held(layout), std::min<std::size_t>(layout.planes, 3));
+        expect_stiffness_of(lattice, material, layout);
+        layout.separate_planes();
+        EXPECT_EQ(planes_held(layout), layout.planes);
+        expect_stiffness_of(lattice, material, layout);
+    }
+}
+
+TEST(FlatRowsLayout, PlanesWithOtherCellsBesideThemHaveTheirOwn) {
+    Lattice lattice = Lattice::box(6, 8, 7, 0.5);
+    ASSERT_EQ(flat_rows<double>(lattice, Material{}).axes[2], 2u);
+    lattice.set_cell_scale(3, 5, 4, 2.0f); // beside the planes 4 and 5
+    const LatticeArrays<double> layout = flat_rows<double>(lattice, Material{});
+    EXPECT_EQ(planes_held(layout), 6u); // 0, 1 to 3, 4, 5, 6, 7
+    expect_stiffness_of(lattice, Material{}, layout);
+
+    const LatticeArrays<double> apart = flat_rows<double>(lattice, Material{}, Ghosts::planes);
+    EXPECT_EQ(planes_held(apart), apart.planes); // neighbours in every direction are read
+    expect_stiffness_of(lattice, Material{}, apart);
+}
+
+TEST(FlatRowsLayout, SharedPlanesTakeTheirMemoryOnce) {
+    const Lattice lattice = Lattice::box(8, 8, 40, 0.5);
+    LatticeArrays<double> layout = flat_rows<double>(lattice, Material{});
+    const std::size_t shared = layout.bytes();
+    layout.separate_planes();
+    EXPECT_GE(layout.bytes() - shared, 7 * (layout.planes - 3) * layout.plane * sizeof(double));
+}
+
+} // namespace
+} // namespace hybmss
