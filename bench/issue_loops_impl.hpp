@@ -167,7 +167,7 @@ template <class V>
 constexpr IssueLoops issue_loops() {
     IssueLoops loops{kWidth<V>,
                      {issue_multiply_add<V>, issue_add<V>, issue_mixed<V, 0>, issue_mixed<V, kStoresInMix>,
-                      issue_store<V>, issue_square_root<V>, issue_divide<V>, nullptr}};
+                      issue_mixed<V, kSpillsInMix>, issue_store<V>, issue_square_root<V>, issue_divide<V>, nullptr}};
     if constexpr (seed_quality<V>() != Seed::none) {
         loops.issue[static_cast<int>(Issue::reciprocal_square_root)] = issue_reciprocal_square_root<V>;
     }
