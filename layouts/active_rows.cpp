@@ -104,7 +104,7 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
         a.begin.push_back(a.begin.back() + lanes);
         a.plane = std::max(a.plane, lanes);
     }
-    a.stiffness_begin = a.begin;
+    a.stiffness_begin = a.own_stiffness();
     const std::size_t elements = a.begin.back() + a.width; // a vector more, for the element after the last
     a.allocate(elements, elements, material.face_diagonal_ratio > 0);
 

@@ -42,6 +42,18 @@ std::vector<bool> layers_alike(const Lattice& lattice, const LatticeAxes& axes) 
     return alike;
 }
 
+/// Where the stiffness of each plane of nodes begins, `plane` elements long, where planes between layers alike share
+/// it.
+std::vector<std::size_t> shared_stiffness(const Lattice& lattice, const LatticeAxes& axes, std::size_t plane) {
+    const std::vector<bool> alike = layers_alike(lattice, axes);
+    std::vector<std::size_t> begin = {0};
+    for (std::size_t k = 1; k <= alike.size(); ++k) {
+        const bool shared = k < alike.size() && alike[k] && alike[k - 1];
+        begin.push_back(begin.back() + (shared ? 0 : plane));
+    }
+    return begin;
+}
+
 } // namespace
 
 template <class T>
@@ -61,21 +73,10 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Gho
     }
     a.lanes.assign(a.planes, lanes);
     const std::size_t elements = a.begin.back() + (ghosts == Ghosts::planes ? a.plane : 0);
-    std::size_t stiffness_elements = elements;
-    if (ghosts == Ghosts::planes) {
-        a.stiffness_begin = a.begin;
-    } else {
-        const std::vector<bool> alike = layers_alike(lattice, a.axes);
-        stiffness_elements = a.plane;
-        a.stiffness_begin = {0};
-        for (std::size_t k = 1; k < a.planes; ++k) {
-            if (k + 1 == a.planes || !alike[k] || !alike[k - 1]) {
-                stiffness_elements += a.plane;
-            }
-            a.stiffness_begin.push_back(stiffness_elements - a.plane);
-        }
-    }
-    a.allocate(elements, stiffness_elements, material.face_diagonal_ratio > 0);
+    // A kernel that gathers reads neighbours in every direction: its planes share nothing.
+    a.stiffness_begin = ghosts == Ghosts::planes ? a.own_stiffness() : shared_stiffness(lattice, a.axes, a.plane);
+    a.allocate(elements, ghosts == Ghosts::planes ? elements : a.stiffness_begin.back() + a.plane,
+               material.face_diagonal_ratio > 0);
 
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());

@@ -54,22 +54,28 @@ struct LatticeArrays {
         }
         inverse_mass = AlignedArray<T>(padded(elements));
     }
-    /// Gives every plane a stiffness of its own, at `begin`, so that its nodes can be set apart.
+    /// Where the stiffness of planes begins that share none.
+    std::vector<std::size_t> own_stiffness() const { return {begin.begin(), begin.end() - 1}; }
+    /// Gives every plane a stiffness of its own, so that its nodes can be set apart. Changes nothing where memory does
+    /// not suffice.
     void separate_planes() {
         if (stiffness[0].size() == size()) {
             return;
         }
-        for (AlignedArray<T>& shared : stiffness) {
-            if (shared.size() == 0) {
+        std::vector<std::size_t> places = own_stiffness();
+        AlignedArray<T> own[7];
+        for (std::size_t kind = 0; kind < 7; ++kind) {
+            if (stiffness[kind].size() == 0) {
                 continue;
             }
-            AlignedArray<T> own(size());
+            own[kind] = AlignedArray<T>(size());
             for (std::size_t k = 0; k < planes; ++k) {
-                std::copy_n(shared.data() + stiffness_begin[k], begin[k + 1] - begin[k], own.data() + begin[k]);
+                std::copy_n(stiffness[kind].data() + stiffness_begin[k], begin[k + 1] - begin[k],
+                            own[kind].data() + places[k]);
             }
-            shared = std::move(own);
         }
-        stiffness_begin = begin;
+        std::move(own, own + 7, stiffness);
+        stiffness_begin.swap(places);
     }
     /// Sets node n, whose stiffness is at `place`.
     void set_node(std::size_t n, std::size_t place, const CellShares::Node& node, const CellShares& shares) {

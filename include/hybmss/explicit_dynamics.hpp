@@ -69,11 +69,11 @@ public:
     /// exist or a force that is not finite. Steps of a body without loads cost nothing for it.
     void load(std::span<const NodalLoad> loads);
 
-    /// Removes cells from the moving body, in time proportional to their number (the first call
-    /// takes a pass over the body's grid too): stiffnesses and masses that they shared become what they are in a body
-    /// built without them. `lattice` is the one that this body was made from, less the cells removed since, and they
-    /// are removed from it as well; `cells` are indices as Lattice::cell_index() gives, those without a cell are passed
-    /// over. Returns how many were removed.
+    /// Removes cells from the moving body, in time proportional to their number (the first call takes a pass over the
+    /// body's grid too): stiffnesses and masses that they shared become what they are in a body built without them.
+    /// `lattice` is the one that this body was made from, less the cells removed since, and they are removed from it as
+    /// well; `cells` are indices as Lattice::cell_index() gives, those without a cell are passed over. Returns how many
+    /// were removed.
     ///
     /// Nodes keep their numbers. One that no cell touches any more has no mass and no force, is not loaded, and stays
     /// where it is unless it is prescribed. Where there are obstacles, the nodes laid bare may touch them too.

@@ -5,14 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <cstdlib>
+#include <new>
 #include <set>
 
 namespace hybmss {
 namespace {
 
 std::size_t planes_held(const LatticeArrays<double>& layout) {
-    return std::set(layout.stiffness_begin.begin(), layout.stiffness_begin.begin() + static_cast<long>(layout.planes))
-        .size();
+    EXPECT_EQ(layout.stiffness_begin.size(), layout.planes);
+    return std::set(layout.stiffness_begin.begin(), layout.stiffness_begin.end()).size();
 }
 
 /// Every plane has, where its stiffness is said to begin, what the cells around its nodes give.
@@ -67,6 +69,33 @@ TEST(FlatRowsLayout, SharedPlanesTakeTheirMemoryOnce) {
     const std::size_t shared = layout.bytes();
     layout.separate_planes();
     EXPECT_GE(layout.bytes() - shared, 7 * (layout.planes - 3) * layout.plane * sizeof(double));
+}
+
+/// Gives memory so many times, then no more.
+struct ShortMemory {
+    int left;
+    static void* allocate(std::size_t bytes, std::size_t alignment, void* user) {
+        return static_cast<ShortMemory*>(user)->left-- > 0 ? std::aligned_alloc(alignment, padded_to(bytes, alignment))
+                                                           : nullptr;
+    }
+    static void release(void* memory, std::size_t, std::size_t, void*) { std::free(memory); }
+    static std::size_t padded_to(std::size_t bytes, std::size_t unit) { return (bytes + unit - 1) / unit * unit; }
+};
+
+TEST(FlatRowsLayout, PlanesStayTogetherWhereMemoryDoesNotSuffice) {
+    const Lattice lattice = Lattice::box(4, 5, 9, 0.5);
+    LatticeArrays<double> layout = flat_rows<double>(lattice, Material{});
+    for (int allocations = 0; allocations < 7; ++allocations) {
+        ShortMemory memory{allocations};
+        set_allocator({&ShortMemory::allocate, &ShortMemory::release, &memory});
+        EXPECT_THROW(layout.separate_planes(), std::bad_alloc);
+        set_allocator({});
+        EXPECT_EQ(planes_held(layout), 3u);
+        expect_stiffness_of(lattice, Material{}, layout);
+    }
+    layout.separate_planes();
+    EXPECT_EQ(planes_held(layout), layout.planes);
+    expect_stiffness_of(lattice, Material{}, layout);
 }
 
 } // namespace
