@@ -3,6 +3,7 @@
 #include "simulation/cell_volume.hpp"
 #include "simulation/simulation_implementation.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -42,8 +43,19 @@ std::size_t Simulation::moved_node_count() const {
     return implementation_->supports.moved_node_count();
 }
 void Simulation::step(long count) {
-    const std::string failure =
-        implementation_->is_static() ? implementation_->solve({}) : implementation_->step(count);
+    Implementation& body = *implementation_;
+    std::string failure = body.is_static() ? body.solve({}) : "";
+    if (!body.is_static()) {
+        const long end = body.steps + count, between = body.steps_between_checks();
+        while (failure.empty() && body.steps < end) {
+            // By the steps since the start: many calls for one step each are looked after too.
+            const long check = (body.steps / between + 1) * between;
+            failure = body.step(std::min(end, check) - body.steps);
+            if (failure.empty() && body.steps == check) {
+                failure = body.blow_up(body.energies());
+            }
+        }
+    }
     if (!failure.empty()) {
         throw std::runtime_error(failure);
     }

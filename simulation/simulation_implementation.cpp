@@ -307,6 +307,10 @@ Settlement Simulation::Implementation::settlement(const Energies& energies) cons
     return s;
 }
 
+long Simulation::Implementation::steps_between_checks() const {
+    return scene.solver.method == SolverMethod::symplectic_euler ? 50 : 1;
+}
+
 std::string Simulation::Implementation::blow_up(const Energies& e) const {
     const SpringStiffening& stiffening = scene.material.stiffening;
     const double bound = 1e4 * (1 + std::abs(stiffening.quadratic) + stiffening.cubic) *

@@ -129,6 +129,9 @@ struct Simulation::Implementation {
 
     Energies energies() const;
     Settlement settlement(const Energies& energies) const;
+    /// How often the state is looked at: a look costs about three explicit steps, so that looks take some 6 % of a run;
+    /// an implicit step costs far more.
+    long steps_between_checks() const;
     /// Why the state is no good, or "". Potential energy alone is bounded: a free fall may be fast. The bound is the
     /// energy at a stretch of about a hundred.
     std::string blow_up(const Energies& energies) const;

@@ -8,11 +8,6 @@
 namespace hybmss {
 namespace {
 
-// A check costs about three explicit steps, so that checks take some 6 % of a run; an implicit step costs far more.
-long steps_between_checks(SolverMethod method) {
-    return method == SolverMethod::symplectic_euler ? 50 : 1;
-}
-
 class Stopwatch {
 public:
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
@@ -58,7 +53,7 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
     };
     const Solver& solver = body.scene.solver;
     const long total = std::max(steps_until(solver.duration), body.steps);
-    const long between_checks = steps_between_checks(solver.method);
+    const long between_checks = body.steps_between_checks();
 
     struct Good {
         std::vector<Vector3> displacements, velocities;

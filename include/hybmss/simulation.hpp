@@ -170,7 +170,8 @@ public:
     std::size_t moved_node_count() const;
 
     /// Takes `count` steps, whatever the duration says; a static scene goes to its equilibrium. Throws
-    /// std::runtime_error where an implicit step or the solve does not converge.
+    /// std::runtime_error where an implicit step or the solve does not converge, and where the state has diverged
+    /// (looked at in every fiftieth explicit step): it then is as it came out.
     void step(long count = 1);
 
     /// Removes cells at once, by their indices in the grid (Lattice::cell_index); those that are empty are passed over.

@@ -72,6 +72,23 @@ TEST(Outcome, divergence_is_told_and_leaves_only_finite_numbers) {
     }
 }
 
+/// Embedders step by call: they are told too, however many steps a call takes.
+TEST(Outcome, divergence_is_told_to_who_steps_by_call) {
+    const std::string text = test::small_scene("translate = [0, -0.1, 0]", "translate = [0, -900000, 0]");
+    for (const long count : {1L, 7L, 1000L}) {
+        Simulation simulation(parse_scene(text, "s.toml"));
+        try {
+            for (int call = 0; call < 1000; ++call) {
+                simulation.step(count);
+            }
+            ADD_FAILURE() << "not told, in calls for " << count;
+        } catch (const std::runtime_error& error) {
+            EXPECT_EQ(std::string(error.what()).find("diverged by step "), 0u) << error.what();
+            EXPECT_LE(simulation.steps(), 1000);
+        }
+    }
+}
+
 /// A free body under gravity alone: v = g t, no strain, and its energy is kept by the external one.
 TEST(Outcome, free_fall) {
     std::string text = test::small_scene("[[fix]]", "[gravity]\nacceleration = [0, -10, 0]\n[[fix]]");
