@@ -16,7 +16,7 @@ using kernels::StepConstants;
 
 namespace {
 
-/// Slabs of at least three layers, at most sixteen of them: a join costs about a twentieth of a layer, and what crosses
+/// Slabs of at least three layers, at most sixteen of them: a join costs about a tenth of a layer, and what crosses
 /// from core to core far more; so no more of them either than threads that are of use, but two where there are layers
 /// enough. A power of two, so that two, four and eight threads get equal shares: of the lanes that the layers sweep, as
 /// near as layers allow.
@@ -127,7 +127,7 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
 
 template <class T>
 void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, Finish finish,
-                                const StepConstants<T>& step) const {
+                                const StepConstants<T>& step, Meetings& meetings) const {
     const std::size_t first = slab_begin_[slab], end = slab_begin_[slab + 1];
     const bool lowest = slab == 0, highest = slab + 1 == slabs();
     AlignedArray<T>* const joins = state.buffers.data();
@@ -157,6 +157,9 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
         }
         const bool joined = k == first && !lowest;
         layers[static_cast<int>(joined ? Finish::store : finish)](layer);
+        if (joined && meetings.second_at(slab - 1)) {
+            join(state, slab - 1, finish, step);
+        }
 
         Layer next = layer_at(state, k + 1);
         next.step = step;
@@ -165,6 +168,8 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     }
     if (highest) {
         tops[static_cast<int>(finish)](layer);
+    } else if (meetings.second_at(slab)) {
+        join(state, slab, finish, step);
     }
 }
 
@@ -183,9 +188,10 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
 
 template <class T>
 std::vector<Stage> LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T>& step) const {
-    return {{slabs(), [this, &state, step, finish](
-                          std::size_t slab, std::size_t worker) { sweep_slab(state, slab, worker, finish, step); }},
-            {slabs() - 1, [this, &state, step, finish](std::size_t j, std::size_t) { join(state, j, finish, step); }}};
+    const auto meetings = std::make_shared<Meetings>(slabs() - 1);
+    return {{slabs(), [this, &state, step, finish, meetings](std::size_t slab, std::size_t worker) {
+                 sweep_slab(state, slab, worker, finish, step, *meetings);
+             }}};
 }
 
 template <class T>

@@ -3,6 +3,7 @@
 #include "kernels/kernel_table.hpp"
 #include "layouts/lattice_arrays.hpp"
 #include "plan/body.hpp"
+#include "plan/meetings.hpp"
 
 #include <array>
 #include <string>
@@ -17,8 +18,8 @@ inline constexpr const char* kGatherRows = "gather-rows"; ///< flat rows between
 /// A lattice in the layout flat-rows or active-rows, swept layer by layer.
 ///
 /// The layers of cells are divided into slabs, by the body alone, so that results do not depend on the threads. Slabs
-/// meet in a plane of nodes: the upper slab leaves what it adds there in the state, the lower one in a buffer, and when
-/// all slabs are done the two sums are joined and the plane is finished.
+/// meet in a plane of nodes, where each leaves what it adds in a buffer of its own. Whoever of the two comes second
+/// joins the sums, always in the same order, and finishes the plane.
 template <class T>
 class LatticeBody : public Body<T> {
 public:
@@ -71,10 +72,10 @@ private:
     std::size_t slabs() const { return slab_begin_.size() - 1; }
     /// Finishes the plane where slabs `join` and `join` + 1 meet.
     void join(State<T>& state, std::size_t join, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
-    /// The slabs, and then what joins them. The state must outlive the stages.
+    /// The slabs, and what joins them. The state must outlive the stages.
     std::vector<Stage> sweep(State<T>& state, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
     void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
-                    const kernels::StepConstants<T>& step) const;
+                    const kernels::StepConstants<T>& step, Meetings& meetings) const;
 
     /// What a sweep of second derivatives, or by another law of the springs, is made with.
     struct HessianSweep {

@@ -35,7 +35,7 @@ kernels::LatticeHessianLayer<T, components> LatticeBody<T>::hessian_layer(State<
     return layer;
 }
 
-/// As LatticeBody::sweep with Finish::store: slabs side by side, then the planes where they meet.
+/// As LatticeBody::sweep with Finish::store: slabs side by side, and the planes where they meet.
 template <class T>
 template <int components>
 std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
@@ -61,6 +61,12 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
         kernels.layer[face_diagonals_][static_cast<int>(sweep.volume)][kernels::tangent_index(accuracy_)];
     const auto top_kernel = kernels.top[face_diagonals_][kernels::tangent_index(accuracy_)];
 
+    const auto join = [=, this, join_kernel = kernels.join](std::size_t j) {
+        auto layer = layer_at(slab_begin_[j + 1]);
+        use_join_buffer(layer, j);
+        join_kernel(layer);
+    };
+    const auto meetings = std::make_shared<Meetings>(slabs() - 1);
     const auto sweep_slab = [=, this](std::size_t slab, std::size_t) {
         const std::size_t first = slab_begin_[slab], end = slab_begin_[slab + 1];
         for (T* sum : sums) {
@@ -72,17 +78,17 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
                 use_join_buffer(layer, slab);
             }
             layer_kernel(layer);
+            if (k == first && slab > 0 && meetings->second_at(slab - 1)) {
+                join(slab - 1);
+            }
         }
         if (slab + 1 == slabs()) {
             top_kernel(layer_at(end));
+        } else if (meetings->second_at(slab)) {
+            join(slab);
         }
     };
-    const auto join = [=, this, join_kernel = kernels.join](std::size_t j, std::size_t) {
-        auto layer = layer_at(slab_begin_[j + 1]);
-        use_join_buffer(layer, j);
-        join_kernel(layer);
-    };
-    return {{slabs(), sweep_slab}, {slabs() - 1, join}};
+    return {{slabs(), sweep_slab}};
 }
 
 template <class T>
