@@ -80,7 +80,7 @@ constexpr TableRule kTables[] = {
     {"fix", false, true, false, "Nodes that stay where they are."},
     {"move", false, true, false,
      "Nodes that are led to a final position, smoothly (no jump in velocity or acceleration), and held there. Each "
-     "needs `translate` or `rotate`."},
+     "has either `translate` or `rotate`, not both."},
     {"gravity", false, false, false, "A uniform acceleration."},
     {"damping", false, false, false, "What takes energy out."},
     {"load", false, true, false, "A dead force on a region's nodes, in proportion to the cells that they touch."},
