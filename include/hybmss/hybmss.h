@@ -5,9 +5,9 @@
  * hybmss in C99: bodies of hybrid mass-spring systems, their forces over memory of the caller's, and their motion.
  *
  * Every function that can fail returns a hybmss_status; hybmss_last_error() then says what was given and what is
- * allowed. Nothing is written to an output of a call that failed, no C++ exception leaves a function, and none aborts.
- * A null pointer is an error wherever it is not said to be allowed. SI units. Order of indices: x fastest, then y, then
- * z.
+ * allowed. Nothing is written to an output of a call that failed, but to `error` of hybmss_record_compare_* where they
+ * return HYBMSS_MISMATCH. No C++ exception leaves a function, and none aborts. A null pointer is an error wherever it
+ * is not said to be allowed. SI units. Order of indices: x fastest, then y, then z.
  *
  * Objects are made by *_create and go by *_destroy, which takes null too. A body may go before the plans made of it.
  * One body or plan may be used by any number of threads at the same time; a hybmss_dynamics by one at a time.
@@ -150,7 +150,10 @@ enum { HYBMSS_FLOAT = 0, HYBMSS_DOUBLE = 1 };
  *
  * `map` is the caller's own order: null where entry n is node n (`count` is then the body's node count), else one
  * number below `count` for every node of the body: node n is entry map[n]. Entries that no node maps to stay as they
- * are. */
+ * are. Where a map names an entry twice, what is added (forces, products) sums there; of what is set, the last node's
+ * stays.
+ *
+ * A field that a call writes must not overlap one that it reads, nor may two of its components be the same memory. */
 typedef struct hybmss_field {
     hybmss_precision precision;
     void *x, *y, *z;

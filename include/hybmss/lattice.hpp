@@ -43,10 +43,12 @@ public:
     void remove_cells(std::span<const std::array<int, 3>> cells);
 
     std::size_t grid_node_count() const;
+    /// i + (nx+1) (j + (ny+1) k). That 0 <= i <= nx and so on is not checked.
     std::size_t grid_node_index(int i, int j, int k) const;
     /// The grid indices of the body's nodes, ascending: entry n is the grid index of node n. O(cells).
     std::vector<std::uint32_t> nodes() const;
-    /// Rest position in m of a grid node; the grid's low corner is the origin.
+    /// Rest position in m of a grid node; the grid's low corner is the origin. That it is below
+    /// grid_node_count() is not checked.
     std::array<double, 3> rest_position(std::size_t grid_node) const;
 
     /// Cells with a scale above zero. O(cells), like the counts below.

@@ -21,8 +21,8 @@ enum class VolumeEnergy {
 ///
 /// so small strains find the material's moduli, whatever the constants. Allowed is what leaves the energy convex in e
 /// for all that e can be, e >= -1: 1 + 2 quadratic e + 3 cubic e^2 >= 0. Then no spring ever gives way as it is pulled,
-/// and the energy is bounded below. With cubic = 0 that is quadratic in [0, 1/2]; `quadratic` alone tells stretched
-/// from pressed springs, `cubic` alone does not.
+/// and the energy is bounded below. cubic is at most 1e6. With cubic = 0 that is quadratic in [0, 1/2]; `quadratic`
+/// alone tells stretched from pressed springs, `cubic` alone does not.
 struct SpringStiffening {
     double quadratic = 0, cubic = 0;
     bool any() const { return quadratic != 0 || cubic != 0; }
@@ -43,10 +43,10 @@ HYBMSS_EXPORT double largest_stiffening(const SpringStiffening& stiffening, doub
 
 /// An isotropic elastic material, SI units.
 struct Material {
-    double young_modulus = 1e4;       ///< E in Pa, > 0
+    double young_modulus = 1e4;       ///< E in Pa, > 0, <= 1e18
     double poisson_ratio = 0.25;      ///< nu, in (-1, 1/2)
-    double density = 1000.0;          ///< kg/m^3, > 0
-    double face_diagonal_ratio = 1.0; ///< A = k_f / k_c >= 0; 0 leaves the face diagonals out (HybMSS-FD)
+    double density = 1000.0;          ///< kg/m^3, > 0, <= 1e12
+    double face_diagonal_ratio = 1.0; ///< A = k_f / k_c >= 0, <= 1e6; 0 leaves the face diagonals out (HybMSS-FD)
     VolumeEnergy volume_energy = VolumeEnergy::automatic;
     SpringStiffening stiffening = {}; ///< of all springs
 };

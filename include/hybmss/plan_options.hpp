@@ -96,8 +96,10 @@ struct PlanDescription {
     std::size_t bytes = 0; ///< held by the plan itself, scratch included
     std::size_t tiles = 0; ///< independent pieces of work; fixed by the body and tile_nodes, not by the threads
     Integration integration = Integration::split; ///< fused or split
-    PlanOptions choice; ///< what makes this very plan again, with nothing left to choose; names no
-                        ///< task runner
+    /// What makes this very plan of the same body again, with nothing timed; names no wisdom and no task runner. Where
+    /// they were left open, its `layout` may be "" (of an estimate) and its `integration` automatic: the same rule
+    /// settles them again, and `layout` and `integration` above tell how.
+    PlanOptions choice;
     Effort effort = Effort::estimate;
     std::string reason;                      ///< why this choice, in one line
     std::vector<CandidateFigure> candidates; ///< fastest first; empty where nothing was ever timed
