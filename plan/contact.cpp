@@ -153,14 +153,17 @@ typename Contact<T>::Touch Contact<T>::touch(const Obstacle& obstacle, const Poi
 
 /// m by which a node may come nearer before its block must be looked at again are used up at the speed
 ///
-///     2 (fastest node + obstacle) + wave speed:
+///     2 (fastest node + obstacle + wave speed) + (gravity + loads) t,
 ///
-/// in a short time no node of a body in one piece gains more than the material's wave speed.
+/// and by twice the way of nodes that are led: springs give a node of a body in one piece no more than the material's
+/// wave speed, or the speed of what pulls at it. That holds for a short time, so a block is looked at after kAsleep
+/// steps at the latest.
 template <class T>
 template <class Shape>
 void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& pose, std::size_t block,
-                            State<T>& state, double time_step) {
+                            State<T>& state, double time_step, double gain_of_speed) {
     Watch& watch = watches_[o][block];
+    watch.speed += gain_of_speed;
     watch.near -= watch.speed * time_step;
     if (watch.near > 0) {
         return;
@@ -221,9 +224,9 @@ void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& 
         fastest = std::max(fastest, square);
     }
     // A step early, so that the place before the first touch is known.
-    watch.speed = 2 * (length_unit_ * std::sqrt(fastest) + length(pose.velocity)) + wave_speed_;
-    watch.near = nearest - watch.speed * time_step;
-    if (watch.near > watch.speed * time_step && has_grips(o)) {
+    watch.speed = 2 * (length_unit_ * std::sqrt(fastest) + length(pose.velocity) + wave_speed_);
+    watch.near = std::min(nearest - (watch.speed + gain_of_speed) * time_step, kAsleep * watch.speed * time_step);
+    if (watch.near > (watch.speed + gain_of_speed) * time_step && has_grips(o)) {
         for (std::size_t n = begin; n < end; ++n) {
             grips_[o][n].known = false;
         }
@@ -231,10 +234,44 @@ void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& 
 }
 
 template <class T>
+void Contact<T>::come_nearer(double way) {
+    for (auto& watches : watches_) {
+        for (Watch& watch : watches) {
+            watch.near -= way;
+        }
+    }
+}
+
+template <class T>
+void Contact<T>::set_prescribed(std::span<const PrescribedComponent<T>> prescribed) {
+    double way = 0;
+    const bool same = std::equal(prescribed.begin(), prescribed.end(), prescribed_.begin(), prescribed_.end(),
+                                 [&](const auto& now, const auto& before) {
+                                     way = std::max(way, std::abs(static_cast<double>(now.displacement) -
+                                                                  static_cast<double>(before.displacement)));
+                                     return now.index == before.index && now.axis == before.axis;
+                                 });
+    // Along all three axes; twice, as what is pulled may overtake what pulls.
+    come_nearer(same ? 2 * std::sqrt(3.0) * length_unit_ * way : std::numeric_limits<double>::infinity());
+    prescribed_.assign(prescribed.begin(), prescribed.end());
+}
+
+template <class T>
+void Contact<T>::set_loaded(std::span<const LoadedComponent<T>> loaded) {
+    double greatest = 0;
+    for (const LoadedComponent<T>& load : loaded) {
+        greatest = std::max(greatest, std::abs(static_cast<double>(load.acceleration)));
+    }
+    load_acceleration_ = std::sqrt(3.0) * length_unit_ * greatest;
+    come_nearer(std::numeric_limits<double>::infinity());
+}
+
+template <class T>
 void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepParameters& parameters,
                             std::vector<Stage>& stages) {
     const double time_step = parameters.time_step;
-    const auto run = [this, &state, time_step](std::size_t piece, std::size_t) {
+    const double gain_of_speed = time_step * (length(parameters.acceleration) + load_acceleration_);
+    const auto run = [this, &state, time_step, gain_of_speed](std::size_t piece, std::size_t) {
         const std::size_t begin = piece * kBlocksAPiece, end = std::min(begin + kBlocksAPiece, block_count());
         // One obstacle after the other, so that a node in two of them gets its pushes in one order.
         for (std::size_t o = 0; o < obstacles_.size(); ++o) {
@@ -242,7 +279,7 @@ void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepParameter
             std::visit(
                 [&](const auto& shape) {
                     for (std::size_t block = begin; block < end; ++block) {
-                        step_block(shape, o, pose, block, state, time_step);
+                        step_block(shape, o, pose, block, state, time_step, gain_of_speed);
                     }
                 },
                 obstacles_[o].shape);
@@ -337,7 +374,8 @@ std::vector<ObstacleReading> Contact<T>::readings(const Body<T>&, State<T>& stat
 
 template <class T>
 std::size_t Contact<T>::bytes() const {
-    std::size_t sum = nodes_.size() * sizeof(Node) + elapsed_.size() * sizeof(double);
+    std::size_t sum = nodes_.size() * sizeof(Node) + elapsed_.size() * sizeof(double) +
+                      prescribed_.size() * sizeof(PrescribedComponent<T>);
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         sum += sizeof(Obstacle) + grips_[o].size() * sizeof(Grip) + watches_[o].size() * sizeof(Watch);
     }
@@ -346,11 +384,7 @@ std::size_t Contact<T>::bytes() const {
 
 template <class T>
 void Contact<T>::state_was_set() {
-    for (auto& watches : watches_) {
-        for (Watch& watch : watches) {
-            watch.near = 0;
-        }
-    }
+    come_nearer(std::numeric_limits<double>::infinity());
 }
 
 template class Contact<float>;

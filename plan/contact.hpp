@@ -41,6 +41,8 @@ public:
     double energy(const Body<T>& body, State<T>& state) const override;
     double dissipated(const Body<T>& body, State<T>& state) const override;
     void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const override;
+    void set_prescribed(std::span<const PrescribedComponent<T>> prescribed) override;
+    void set_loaded(std::span<const LoadedComponent<T>> loaded) override;
     void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
                     std::vector<Stage>& stages) override;
     void state_was_set() override;
@@ -71,13 +73,14 @@ private:
     /// A block of nodes and one obstacle.
     struct Watch {
         double near = 0;           ///< m that they may still come nearer unseen
-        double speed = 0;          ///< m/s, at most, at which they do
+        double speed = 0;          ///< m/s, at most, at which they do now
         double dissipated = 0;     ///< J
         double greatest_depth = 0; ///< m
     };
 
     static constexpr std::size_t kBlock = 128; ///< nodes
     static constexpr std::size_t kBlocksAPiece = 8;
+    static constexpr int kAsleep = 16; ///< steps at most in which a block is not looked at
 
     std::size_t block_count() const { return (nodes_.size() + kBlock - 1) / kBlock; }
     std::size_t piece_count() const { return (block_count() + kBlocksAPiece - 1) / kBlocksAPiece; }
@@ -88,7 +91,9 @@ private:
     Touch touch(const Obstacle& obstacle, const Point& place, const SurfaceDistance& surface, const Grip* grip) const;
     template <class Shape>
     void step_block(const Shape& shape, std::size_t obstacle, const RigidPose& pose, std::size_t block, State<T>& state,
-                    double time_step);
+                    double time_step, double gain_of_speed);
+    /// All nodes may have come nearer by `way`, m.
+    void come_nearer(double way);
     /// visit(obstacle, its pose, node's number, place, touch) for every touch at the present state; what slip takes is
     /// there, and greatest depths are not kept.
     template <class Visit>
@@ -96,6 +101,8 @@ private:
 
     double length_unit_;
     double wave_speed_;
+    double load_acceleration_ = 0;                   ///< m/s^2, by which a load accelerates a node at most
+    std::vector<PrescribedComponent<T>> prescribed_; ///< as they were set last
     std::vector<Obstacle> obstacles_;
     std::vector<Node> nodes_;
     std::vector<std::vector<Grip>> grips_;    ///< one a node, for every obstacle with friction

@@ -118,6 +118,9 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
         }
     }
     implementation_->loaded = std::move(components);
+    for (const auto& effect : implementation_->effects) {
+        effect->set_loaded(implementation_->loaded);
+    }
     implementation_->loads.clear();
     for (const auto& [node, force] : forces) {
         if (force != std::array<double, 3>{0, 0, 0}) {

@@ -19,6 +19,8 @@ void ExplicitDynamics<T>::set_obstacles(std::span<const SurfaceNode> surface, st
         if (!surface.empty()) {
             all.touching = surface.front();
         }
+        made->set_prescribed(all.prescribed);
+        made->set_loaded(all.loaded);
         all.effects.push_back(std::move(made));
     }
 }

@@ -30,6 +30,8 @@ public:
     /// Replaces the components that are set after each step, whatever the effect does to them. The span outlives the
     /// stages.
     virtual void set_prescribed(std::span<const PrescribedComponent<T>>) {}
+    /// Replaces the loads. The span is not kept.
+    virtual void set_loaded(std::span<const LoadedComponent<T>>) {}
     /// Appends what one step needs; the stages are run again for every step of a call. The body, the state and the
     /// effect outlive them.
     virtual void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,

@@ -118,6 +118,63 @@ TYPED_TEST(Contact, a_fast_body_never_passes_a_plane) {
     EXPECT_GT(body.mean(body.velocities())[1], 0);
 }
 
+/// A body far from the floor gains speed far beyond its material's waves, and must not pass the floor unseen: it moves
+/// as one whose state is set anew before every step, so that every step looks.
+TYPED_TEST(Contact, a_body_that_gains_speed_on_its_way_is_seen) {
+    using T = TypeParam;
+    const Lattice shape = Lattice::box(3, 2, 3, kEdge);
+    const double gap = 3;
+    enum class Cause { gravity, load, led, jump };
+    // Slow, in some 200 steps, and within 30.
+    for (const auto& [cause, acceleration] : {std::pair{Cause::gravity, 2e3},
+                                              {Cause::gravity, 1e5},
+                                              {Cause::load, 2e3},
+                                              {Cause::load, 1e5},
+                                              {Cause::led, 2e3},
+                                              {Cause::led, 1e5},
+                                              {Cause::jump, 2e3}}) {
+        SCOPED_TRACE(std::to_string(static_cast<int>(cause)) + " at " + std::to_string(acceleration));
+        TouchingBody<T> body(shape, {floor_at(-gap)}), watched(shape, {floor_at(-gap)});
+        StepParameters step{0.2 * body.time_step};
+        if (cause == Cause::gravity) {
+            step.acceleration = {0, -acceleration, 0};
+        }
+        int touched = 0; // steps; few, as such a fall crushes the body
+        const double duration = 1.2 * std::sqrt(2 * gap / acceleration);
+        for (long i = 1; touched < 4 && static_cast<double>(i) * step.time_step < duration; ++i) {
+            const double time = static_cast<double>(i) * step.time_step;
+            for (TouchingBody<T>* each : {&body, &watched}) {
+                std::vector<NodalLoad> loads;
+                std::vector<PrescribedNode> led;
+                for (std::uint32_t n = 0; n < each->dynamics.node_count(); ++n) {
+                    loads.push_back({n, {0, -acceleration * each->dynamics.masses()[n], 0}});
+                    if (each->lattice.rest_position(n)[1] > 1.5 * kEdge) {
+                        led.push_back({n, 7, {0, -0.5 * acceleration * time * time, 0}, {0, -acceleration * time, 0}});
+                        if (cause == Cause::jump) {
+                            led.back().displacement[1] = i < 18 ? 0 : -gap - 1.5 * kEdge;
+                            led.back().velocity[1] = 0;
+                        }
+                    }
+                }
+                if (cause == Cause::load && i == 1) {
+                    each->dynamics.load(loads);
+                }
+                if (cause == Cause::led || cause == Cause::jump) {
+                    each->dynamics.prescribe(led);
+                }
+                if (each == &watched) {
+                    const std::vector<T> v = each->velocities();
+                    each->dynamics.set_velocities(VectorField<const T>::aos(v.data(), v.size() / 3));
+                }
+                each->dynamics.step(step);
+            }
+            ASSERT_EQ(body.displacements(), watched.displacements()) << i;
+            touched += body.dynamics.obstacle_readings().at(0).nodes > 0;
+        }
+        EXPECT_EQ(touched, 4);
+    }
+}
+
 /// A plate that moves up at V gives the energy V times its impulse.
 TYPED_TEST(Contact, a_moving_plate_does_its_work) {
     const double speed = 2;
@@ -130,8 +187,6 @@ TYPED_TEST(Contact, a_moving_plate_does_its_work) {
     EXPECT_GT(momentum, 1.5 * body.mass() * speed);
     EXPECT_NEAR(body.energy(), speed * momentum, 0.01 * speed * momentum);
 }
-
-/// Every shape pushes every way out, also from where no way is the shortest; never NaN.
 
 // Friction begins with the first step in the obstacle: by the way along the surface since the step before.
 TYPED_TEST(Contact, the_step_into_an_obstacle_drags_already) {
