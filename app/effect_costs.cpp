@@ -12,14 +12,33 @@ namespace {
 constexpr int kRounds = 11;
 constexpr double kSliceSeconds = 0.005;
 
-double seconds_of(Simulation& simulation, long steps) {
+/// A scene that can be stepped for as long as timing takes: begun anew where it diverges, as it may beyond its duration
+/// or without one of its effects.
+struct Timed {
+    Timed(Scene scene, const SimulationOptions& options) : options(options), simulation(std::move(scene), options) {}
+    SimulationOptions options;
+    Simulation simulation;
+};
+
+double seconds_of(Timed& timed, long steps) {
+    const long before = timed.simulation.steps();
     const auto start = std::chrono::steady_clock::now();
-    simulation.step(steps);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const auto seconds = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    try {
+        timed.simulation.step(steps);
+        return seconds();
+    } catch (const std::runtime_error&) {
+        const auto taken = static_cast<double>(timed.simulation.steps() - before);
+        const double a_step = seconds() / std::max(taken, 1.0);
+        timed.simulation = Simulation(timed.simulation.scene(), timed.options);
+        return a_step * static_cast<double>(steps);
+    }
 }
 
-long steps_of_a_slice(Simulation& simulation) {
-    simulation.step();
+long steps_of_a_slice(Timed& simulation) {
+    simulation.simulation.step();
     for (long steps = 1;; steps *= 2) {
         const double seconds = seconds_of(simulation, steps);
         if (seconds > kSliceSeconds / 4) {
@@ -29,7 +48,7 @@ long steps_of_a_slice(Simulation& simulation) {
 }
 
 /// Seconds a step that `with` takes longer than `rest`, the median over rounds in which both have a slice.
-double difference(Simulation& with, Simulation& rest) {
+double difference(Timed& with, Timed& rest) {
     const long steps[2] = {steps_of_a_slice(with), steps_of_a_slice(rest)};
     std::vector<double> differences;
     for (int round = 0; round < kRounds; ++round) {
@@ -58,12 +77,13 @@ std::vector<EffectCost> effect_costs(const Simulation& simulation, const Simulat
         if (!cost.in || !rule.remove || needed > available_bytes()) {
             continue;
         }
-        Simulation with(scene, same), rest(without(scene, rule), same);
+        Timed with(scene, same), rest(without(scene, rule), same);
         if (explicit_in_time) {
             cost.nanoseconds = 1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
         }
         // After steps: some arrays are made by the first.
-        cost.bytes = static_cast<long long>(with.describe().bytes) - static_cast<long long>(rest.describe().bytes);
+        cost.bytes = static_cast<long long>(with.simulation.describe().bytes) -
+                     static_cast<long long>(rest.simulation.describe().bytes);
     }
     return costs;
 }

@@ -48,7 +48,7 @@ Ramp ramp(double time, double over) {
     }
     const double r = std::max(time / over, 0.0);
     return {r * r * r * (10 + r * (-15 + 6 * r)), 30 * r * r * (1 - r) * (1 - r) / over,
-            60 * r * (1 - r) * (1 - 2 * r) / (over * over)};
+            60 * r * (1 - r) * (1 - 2 * r) / over / over}; // a tiny square would be 0
 }
 
 namespace {

@@ -153,6 +153,10 @@ std::size_t Simulation::remove_cells(std::span<const std::uint32_t> cells) {
         throw std::invalid_argument("cells are cut only while a body moves by symplectic-euler, not with method = \"" +
                                     std::string(name(body.scene.solver.method)) + "\"");
     }
+    if (body.meter) {
+        throw std::invalid_argument("cells cannot be removed in a scene with energy_balance: the energy of what is "
+                                    "removed is not in the balance");
+    }
     return body.cut(cells);
 }
 

@@ -3,6 +3,7 @@
 #include "simulation/loads.hpp"
 #include "simulation/memory.hpp"
 #include "simulation/scene_lattice.hpp"
+#include "simulation/scene_ranges.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -96,7 +97,7 @@ std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> r
 }
 
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
-    : scene(std::move(given)), options(wanted), lattice(make_lattice(scene, options)),
+    : scene(within_ranges(std::move(given))), options(wanted), lattice(make_lattice(scene, options)),
       rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(probes_of(scene, rest)),
       loads(nodal_loads(scene, lattice, rest)), body_frequencies(lattice_frequencies(lattice, scene.material)),
       obstacles(scene, body_frequencies.critical_time_step()),

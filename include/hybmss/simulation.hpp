@@ -177,7 +177,7 @@ public:
     /// Removes cells at once, by their indices in the grid (Lattice::cell_index); those that are empty are passed over.
     /// Loads and probes lose the nodes that no cell touches any more; see ExplicitDynamics::remove_cells. Returns how
     /// many were removed. Throws std::invalid_argument for an index outside the grid, for another method than
-    /// symplectic-euler, and for a network's layout.
+    /// symplectic-euler, for a network's layout, and in a scene with an energy balance.
     std::size_t remove_cells(std::span<const std::uint32_t> cells);
     /// By cuts and calls so far.
     std::size_t removed_cell_count() const;
