@@ -324,9 +324,14 @@ std::string Simulation::Implementation::blow_up(const Energies& e) const {
     if (!cause) {
         return "";
     }
-    return text("diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or a slower "
-                "motion may help",
-                steps, time(), cause, time_step);
+    // Below nu = 1/4 the volume energy of inverted cells has no lower bound: no step is small enough for them.
+    const char* inverted = scene.material.poisson_ratio < 0.25 ? "; cells that turn inside out do this below "
+                                                                 "poisson_ratio = 0.25, whatever the step"
+                                                               : "";
+    return text(
+        "diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or gentler motions "
+        "and loads may help%s",
+        steps, time(), cause, time_step, inverted);
 }
 
 std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() const {

@@ -278,7 +278,12 @@ AccurateSolution solve_free(Pursuit& pursuit) {
     if (!solve_coarse(pursuit)) {
         return finished(pursuit);
     }
-    for (int meshes = 2; meshes < kMostMeshes && !pursuit.report().reached(); ++meshes) {
+    const auto sure = [&](int meshes) {
+        // Two meshes show no order: theirs is assumed, and the estimate errs by more.
+        const AccuracyReport& report = pursuit.report();
+        return meshes > 2 ? report.reached() : report.error_estimate <= kMeshShare * report.wanted;
+    };
+    for (int meshes = 2; meshes < kMostMeshes && !sure(meshes); ++meshes) {
         const double last = static_cast<double>(pursuit.report().meshes.back().cells[0]) /
                             static_cast<double>(pursuit.family().cells(1)[0]);
         const double wanted = pursuit.multiple_for(pursuit.report().wanted);
