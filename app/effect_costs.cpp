@@ -15,7 +15,7 @@ constexpr double kSliceSeconds = 0.005;
 /// A scene that can be stepped for as long as timing takes: begun anew where it diverges, as it may beyond its duration
 /// or without one of its effects.
 struct Timed {
-    Timed(Scene scene, const SimulationOptions& options) : options(options), simulation(std::move(scene), options) {}
+    Timed(Scene scene, const SimulationOptions& given) : options(given), simulation(std::move(scene), given) {}
     SimulationOptions options;
     Simulation simulation;
 };

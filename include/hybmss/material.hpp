@@ -21,8 +21,8 @@ enum class VolumeEnergy {
 ///
 /// so small strains find the material's moduli, whatever the constants. Allowed is what leaves the energy convex in e
 /// for all that e can be, e >= -1: 1 + 2 quadratic e + 3 cubic e^2 >= 0. Then no spring ever gives way as it is pulled,
-/// and for nu >= 1/4 or cubic > 0 the energy is bounded below. cubic is at most 1e6. With cubic = 0 that is quadratic in
-/// [0, 1/2]; `quadratic` alone tells stretched from pressed springs, `cubic` alone does not.
+/// and for nu >= 1/4 or cubic > 0 the energy is bounded below. cubic is at most 1e6. With cubic = 0 that is quadratic
+/// in [0, 1/2]; `quadratic` alone tells stretched from pressed springs, `cubic` alone does not.
 struct SpringStiffening {
     double quadratic = 0, cubic = 0;
     bool any() const { return quadratic != 0 || cubic != 0; }
