@@ -1,3 +1,4 @@
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "bench/batch_benchmark.hpp"
@@ -117,7 +118,7 @@ void run_bench(const BenchArguments& arguments) {
 void add_bench_command(CLI::App& app) {
     const auto arguments = std::make_shared<BenchArguments>();
     CLI::App* command = app.add_subcommand("bench", "measure the explicit step against the scalar yardstick");
-    command->add_option("--json", arguments->json, "also write Google Benchmark's JSON to this file");
+    command->add_option("--json", arguments->json, "also write Google Benchmark's JSON to this file")->check(a_path());
     command->add_flag("--quick", arguments->quick, "two meshes and two models only");
     auto* instead = command->add_option_group("instead of the matrix", "at most one of:");
     instead->require_option(0, 1);

@@ -26,15 +26,21 @@ int parse(CLI::App& app, int argc, const char* const* argv) {
     } catch (const CLI::RuntimeError& error) {
         return error.get_exit_code();
     } catch (const CLI::Success& asked) { // --help, --version
-        return app.exit(asked);
+        app.exit(asked);
     } catch (const CLI::Error& error) {
         return report(std::string(error.what()) + " (see " + app.get_name() + " --help)", kBadInput);
     }
     // What was printed may have gone to a full disk.
-    return std::fflush(stdout) == 0 ? 0 : report("standard output: cannot be written", kFailed);
+    return std::fflush(stdout) == 0 && std::ferror(stdout) == 0 ? 0
+                                                                : report("standard output: cannot be written", kFailed);
 }
 
 } // namespace
+
+CLI::Validator a_path() {
+    return CLI::Validator(
+        [](const std::string& path) { return path.empty() ? std::string("it must not be empty") : std::string(); }, "");
+}
 
 int run_command_line(CLI::App& app, int argc, const char* const* argv) {
     try {

@@ -1,4 +1,5 @@
 #include "app/body_report.hpp"
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/effect_costs.hpp"
 #include "app/explain_json.hpp"
@@ -220,7 +221,7 @@ void add_explain_command(CLI::App& app) {
     command->add_option("SCENE", arguments->scene, "scene file (TOML)");
     command->add_flag("--keys", arguments->keys, "print all keys of the scene format instead, as in docs/scenes.md");
     command->add_flag("--effects", arguments->effects, "print all effects there are instead, as in docs/effects.md");
-    command->add_option("--json", arguments->json, "also write it to this file");
+    command->add_option("--json", arguments->json, "also write it to this file")->check(a_path());
     arguments->plan.add_to(*command, true);
     command->callback([arguments] { explain(*arguments); });
 }

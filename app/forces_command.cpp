@@ -1,3 +1,4 @@
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/vector_csv.hpp"
@@ -114,7 +115,7 @@ void add_forces_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("forces", "forces and energy of one given state");
     command->add_option("SCENE", arguments->scene, "scene file (TOML); its body and material are used")->required();
     command->add_option("--displacements", arguments->displacements, "CSV file, one row x,y,z a node, m")->required();
-    command->add_option("--out", arguments->out, "CSV file for the forces, one row x,y,z a node, N");
+    command->add_option("--out", arguments->out, "CSV file for the forces, one row x,y,z a node, N")->check(a_path());
     command->add_option("--kernel", arguments->kernel, "a layout's name, or \"reference\" for the scalar one");
     arguments->plan.add_to(*command, false);
     command->callback([arguments] { forces(*arguments); });

@@ -1,3 +1,4 @@
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "app/paper/report.hpp"
@@ -81,8 +82,9 @@ void add_paper_command(CLI::App& app) {
         ->check(CLI::IsMember(table_names()));
     command->add_flag("--quick", arguments->quick, "without the largest meshes");
     command->add_flag("--calculix", arguments->calculix, "run CalculiX (ccx) anew instead of showing its kept results");
-    command->add_option("--store", arguments->store, "with --calculix: keep its results in this file");
-    command->add_option("--json", arguments->json, "also write the tables to this file");
-    command->add_option("--markdown", arguments->markdown, "also write them as a page of Markdown to this file");
+    command->add_option("--store", arguments->store, "with --calculix: keep its results in this file")->check(a_path());
+    command->add_option("--json", arguments->json, "also write the tables to this file")->check(a_path());
+    command->add_option("--markdown", arguments->markdown, "also write them as a page of Markdown to this file")
+        ->check(a_path());
     command->callback([arguments] { run_paper(*arguments); });
 }

@@ -1,5 +1,7 @@
 #include "app/plan_arguments.hpp"
 
+#include "simulation/read_file.hpp"
+
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -63,6 +65,11 @@ void PlanArguments::read_wisdom(Effort wanted) const {
         return;
     }
     try {
+        try {
+            require_regular_file(file);
+        } catch (const std::runtime_error& error) {
+            throw WisdomError(file.string() + ": cannot be read: " + error.what());
+        }
         wisdom->import_file(file);
     } catch (const WisdomError& error) {
         if (wanted == Effort::stored) {
@@ -75,6 +82,7 @@ void PlanArguments::read_wisdom(Effort wanted) const {
 
 void add_tile_options(CLI::App& command, std::size_t& tile_nodes, std::string& integration) {
     command.add_option("--tile-nodes", tile_nodes, "about how many nodes a tile has; 0: the body's own rule")
+        ->check(CLI::Range(0.0, 1e9)) // text: a number without a sign would wrap around
         ->capture_default_str();
     command
         .add_option("--integration", integration,

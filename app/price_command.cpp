@@ -1,3 +1,4 @@
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "app/price/solution_tables.hpp"
@@ -121,7 +122,7 @@ void add_price_command(CLI::App& app) {
     CLI::Option* quick = command->add_flag("--quick", arguments->quick, "small meshes only");
     command->add_flag("--whole", arguments->whole, "every way on every mesh, to 64 cells across: takes long")
         ->excludes(quick);
-    command->add_option("--json", arguments->json, "also write the tables to this file");
-    command->add_option("--markdown", arguments->markdown, "also write them as Markdown to this file");
+    command->add_option("--json", arguments->json, "also write the tables to this file")->check(a_path());
+    command->add_option("--markdown", arguments->markdown, "also write them as Markdown to this file")->check(a_path());
     command->callback([arguments] { run_price(*arguments); });
 }

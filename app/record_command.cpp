@@ -1,6 +1,7 @@
 // hybmss record: states of a scene's body and their forces by the scalar reference, for other programs' tests.
 // hybmss replay: this build's forces against such a file.
 
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "hybmss/record.hpp"
@@ -140,7 +141,7 @@ void add_record_command(CLI::App& app) {
     CLI::App* command =
         app.add_subcommand("record", "write states and forces that other programs check their own forces against");
     command->add_option("SCENE", arguments->scene, "scene file (TOML)")->required();
-    command->add_option("--out", arguments->out, "the record")->required();
+    command->add_option("--out", arguments->out, "the record")->check(a_path())->required();
     command
         ->add_option("--states", arguments->states,
                      "a random state, and the others evenly over the scene's duration (static: its equilibrium)")

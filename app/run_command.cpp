@@ -1,4 +1,5 @@
 #include "app/body_report.hpp"
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/progress_line.hpp"
@@ -14,6 +15,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -89,6 +91,19 @@ Simulation open_simulation(Scene scene, const RunArguments& arguments, const Sim
     return Simulation::restarted(std::move(scene), options, RunCheckpoint::path(arguments).string(), &before);
 }
 
+const char* signal_name(int signal) {
+    return signal == SIGINT ? "SIGINT" : signal == SIGHUP ? "SIGHUP" : "SIGTERM";
+}
+
+/// As other errors do, these name the scene.
+void write(const std::string& scene, const Summary& summary, const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const NotFinite& error) {
+        throw std::runtime_error(scene + ": " + error.what() + (summary.failure.empty() ? "" : "; " + summary.failure));
+    }
+}
+
 /// Warnings on stderr; throws where the run failed.
 void report_end(const RunArguments& arguments, const Simulation& simulation, const Summary& summary) {
     if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
@@ -128,8 +143,10 @@ void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
     used.precision = parse_precision(solution.summary.plan.precision);
     fmt::print("{:<24} {}\n", "body", body_line(solution.simulation, used));
     if (results) {
-        results->record();
-        results->finish(solution.summary);
+        write(arguments.scene, solution.summary, [&] {
+            results->record();
+            results->finish(solution.summary);
+        });
     }
     fmt::print("{}", summary_table(solution.simulation, solution.summary));
     if (results) {
@@ -156,28 +173,42 @@ void run_scene(const RunArguments& arguments) {
     }
     ProgressLine line(stderr);
     RunCallbacks callbacks;
+    std::string not_finite; ///< the result that was
     if (line.visible()) {
         callbacks.progress = [&](const Progress& progress) { line.show(progress); };
     }
     if (results) {
-        callbacks.output = [&] { results->record(); };
+        callbacks.output = [&] {
+            // Why the run failed is known at its end only, and tells more.
+            try {
+                if (not_finite.empty()) {
+                    results->record();
+                }
+            } catch (const NotFinite& error) {
+                not_finite = error.what();
+            }
+        };
         if (simulation.scene().solver.method != SolverMethod::static_equilibrium) {
             checkpoint.emplace(arguments, simulation, *results);
-            callbacks.checkpoint = [&] { return (*checkpoint)(); };
+            callbacks.checkpoint = [&] { return not_finite.empty() && (*checkpoint)(); };
             catch_stop_signals();
         }
     }
     const Summary summary = simulation.run(callbacks);
     line.clear();
+    if (!not_finite.empty()) {
+        throw std::runtime_error(arguments.scene + ": " + not_finite +
+                                 (summary.failure.empty() ? "" : "; " + summary.failure));
+    }
     if (summary.interrupted) {
         const int signal = stop_signal();
-        fmt::print(
-            stderr, "hybmss: stopped by {} after step {} (t = {:.6g} s); hybmss run {} --out {} --restart goes on\n",
-            signal == SIGINT ? "SIGINT" : "SIGTERM", summary.steps, summary.time, arguments.scene, arguments.out);
+        fmt::print(stderr,
+                   "hybmss: stopped by {} after step {} (t = {:.6g} s); hybmss run {} --out {} --restart goes on\n",
+                   signal_name(signal), summary.steps, summary.time, arguments.scene, arguments.out);
         throw CLI::RuntimeError(128 + signal); // as shells tell of a program that a signal ended
     }
     if (results) {
-        results->finish(summary);
+        write(arguments.scene, summary, [&] { results->finish(summary); });
         if (checkpoint) {
             checkpoint->remove();
         }
@@ -189,26 +220,44 @@ void run_scene(const RunArguments& arguments) {
     report_end(arguments, simulation, summary);
 }
 
+void refuse_what_the_checkpoint_fixes(const CLI::App& command) {
+    for (const char* fixed :
+         {"--precision", "--layout", "--isa", "--effort", "--wisdom", "--tile-nodes", "--integration"}) {
+        if (command.get_option(fixed)->count() > 0) {
+            throw std::invalid_argument(std::string(fixed) + " excludes --restart: what the checkpoint holds goes on");
+        }
+    }
+}
+
+/// NaN fails every comparison.
+std::string seconds(const std::string& text) {
+    double value = 0;
+    return CLI::detail::lexical_cast(text, value) && value >= 0 ? "" : text + ": it must be a number at least 0";
+}
+
 } // namespace
 
 void add_run_command(CLI::App& app) {
     const auto arguments = std::make_shared<RunArguments>();
     CLI::App* command = app.add_subcommand("run", "simulate a scene");
     command->add_option("SCENE", arguments->scene, "scene file (TOML)")->required();
-    command->add_option("--out", arguments->out, "directory for summary.json, probes.csv, body_NNNN.vtu and body.pvd");
+    command->add_option("--out", arguments->out, "directory for summary.json, probes.csv, body_NNNN.vtu and body.pvd")
+        ->check(a_path());
     arguments->plan.add_to(*command, true);
-    CLI::Option* restart =
-        command->add_flag("--restart", arguments->restart,
-                          "go on from the checkpoint in --out, with its precision, layout and instruction set");
+    CLI::Option* restart = command->add_flag(
+        "--restart", arguments->restart,
+        "go on from the checkpoint in --out, with its precision, instruction set, layout, tiles and integration");
     restart->needs("--out");
-    for (const char* fixed : {"--precision", "--layout", "--isa", "--effort", "--wisdom"}) {
-        restart->excludes(fixed);
-    }
     command
         ->add_option("--checkpoint-every", arguments->checkpoint_every,
                      "wall time in s between checkpoints in --out; 0: at every check of the state")
-        ->check(CLI::NonNegativeNumber)
+        ->check(seconds)
         ->capture_default_str()
         ->needs("--out");
-    command->callback([arguments] { run_scene(*arguments); });
+    command->callback([arguments, command] {
+        if (arguments->restart) {
+            refuse_what_the_checkpoint_fixes(*command);
+        }
+        run_scene(*arguments);
+    });
 }

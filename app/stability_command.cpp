@@ -1,3 +1,4 @@
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "app/progress_line.hpp"
@@ -109,7 +110,7 @@ void add_stability_command(CLI::App& app) {
     const auto arguments = std::make_shared<StabilityArguments>();
     CLI::App* command =
         app.add_subcommand("stability", "run the hard cases, or map where the lattice itself is stable");
-    command->add_option("--json", arguments->json, "also write the rows to this file");
+    command->add_option("--json", arguments->json, "also write the rows to this file")->check(a_path());
     command->add_flag("--map", arguments->map, "where the homogeneous lattice is stable, over nu, A and stretch");
     command->add_flag("--integrators", arguments->integrators, "error against step size of each time integrator");
     command->add_option("--filter", arguments->filter, "only cases with this text in their names");

@@ -20,6 +20,11 @@ void catch_stop_signals() {
     sigemptyset(&action.sa_mask);
     sigaction(SIGTERM, &action, nullptr);
     sigaction(SIGINT, &action, nullptr);
+    struct sigaction before {};
+    sigaction(SIGHUP, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) { // nohup
+        sigaction(SIGHUP, &action, nullptr);
+    }
 }
 
 int stop_signal() {

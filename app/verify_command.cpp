@@ -1,3 +1,4 @@
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "app/verify_report.hpp"
@@ -45,7 +46,7 @@ void run_verify(const VerifyArguments& arguments) {
 void add_verify_command(CLI::App& app) {
     const auto arguments = std::make_shared<VerifyArguments>();
     CLI::App* command = app.add_subcommand("verify", "compare every kernel of this machine with the scalar reference");
-    command->add_option("--json", arguments->json, "also write the rows to this file");
+    command->add_option("--json", arguments->json, "also write the rows to this file")->check(hybmss::a_path());
     command
         ->add_option("--isa", arguments->instruction_set, "force one instruction set: sse2, avx2, avx512, neon; or all")
         ->capture_default_str();

@@ -2,12 +2,10 @@
 
 #include "simulation/atomic_file.hpp"
 #include "simulation/digest.hpp"
+#include "simulation/read_file.hpp"
 
-#include <cerrno>
-#include <fstream>
-#include <iterator>
+#include <ostream>
 #include <string_view>
-#include <system_error>
 
 namespace hybmss {
 namespace {
@@ -78,12 +76,7 @@ void write_checkpoint_file(const std::filesystem::path& path, const CheckpointSe
 }
 
 CheckpointSections read_checkpoint_file(const std::filesystem::path& path) {
-    errno = 0;
-    std::ifstream file(path, std::ios::binary);
-    const std::string content{std::istreambuf_iterator<char>(file), {}};
-    if (!file.is_open() || file.bad()) {
-        throw std::runtime_error("it cannot be read: " + std::generic_category().message(errno ? errno : EIO));
-    }
+    const std::string content = read_regular_file(path);
     if (!content.starts_with(kMagic.substr(0, content.size()))) {
         throw std::runtime_error("it is no checkpoint of hybmss, or one of another format");
     }

@@ -4,7 +4,12 @@
 #include "simulation/region.hpp"
 #include "simulation/vtu_file.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -13,20 +18,20 @@
 namespace hybmss {
 namespace {
 
-std::filesystem::path made(std::filesystem::path directory) {
-    std::error_code error;
-    std::filesystem::create_directories(directory, error);
-    if (error) {
-        throw std::runtime_error(directory.string() + ": this directory cannot be made: " + error.message());
-    }
-    return directory;
-}
-
 void require_finite(const std::vector<Vector3>& values, const char* what) {
     for (const Vector3& v : values) {
         if (!std::isfinite(v[0] + v[1] + v[2])) {
-            throw std::runtime_error(std::string(what) + " is not finite: not written");
+            throw NotFinite(std::string(what) + " is not finite: not written");
         }
+    }
+}
+
+void require_finite(const std::vector<ProbeReading>& probes) {
+    for (const ProbeReading& probe : probes) {
+        const std::string name = "probe \"" + probe.name + "\": the ";
+        require_finite({probe.force}, (name + "force").c_str());
+        require_finite({probe.torque}, (name + "torque").c_str());
+        require_finite({probe.mean_displacement}, (name + "mean displacement").c_str());
     }
 }
 
@@ -85,9 +90,32 @@ std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
 
 } // namespace
 
+OwnedDirectory::OwnedDirectory(std::filesystem::path path) : path_(std::move(path)) {
+    std::error_code error;
+    std::filesystem::create_directories(path_, error);
+    if (error) {
+        throw std::runtime_error(path_.string() + ": this directory cannot be made: " + error.message());
+    }
+    // The lock goes with the process. Where the file system has none, there is none.
+    descriptor_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        close(descriptor_);
+        throw std::runtime_error(path_.string() + ": is in use by another run");
+    }
+}
+
+OwnedDirectory::~OwnedDirectory() {
+    if (descriptor_ >= 0) {
+        close(descriptor_);
+    }
+}
+
 Results::Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before)
-    : directory_(made(std::move(directory))), simulation_(simulation), cells_(simulation.cell_nodes()),
+    : owned_(std::move(directory)), directory_(owned_.path()), simulation_(simulation), cells_(simulation.cell_nodes()),
       cut_cells_(simulation.removed_cell_count()), probes_(directory_ / "probes.csv") {
+    for (const char* name : {"summary.json", "body.pvd", "probes.csv"}) {
+        remove_file(directory_ / name);
+    }
     probes_.stream() << "time";
     for (const Probe& probe : simulation.scene().probes) {
         for (const char* quantity : {"force", "torque", "mean_displacement"}) {
@@ -129,6 +157,8 @@ void Results::record() {
     std::vector<Vector3> u = simulation_.displacements(), v = simulation_.velocities();
     require_finite(u, "displacement");
     require_finite(v, "velocity");
+    const std::vector<ProbeReading> probes = simulation_.probes();
+    require_finite(probes);
     if (cut_cells_ != simulation_.removed_cell_count()) {
         cells_ = simulation_.cell_nodes();
         cut_cells_ = simulation_.removed_cell_count();
@@ -160,7 +190,7 @@ void Results::record() {
     char time[40];
     std::snprintf(time, sizeof time, "%.9g", simulation_.time());
     std::string row = time;
-    for (const ProbeReading& probe : simulation_.probes()) {
+    for (const ProbeReading& probe : probes) {
         append(row, probe.force);
         append(row, probe.torque);
         append(row, probe.mean_displacement);
@@ -171,9 +201,10 @@ void Results::record() {
 }
 
 void Results::finish(const Summary& summary) {
+    const std::string text = summary_json(summary); // first: where it is refused, nothing is put in place
     write_pvd(directory_ / "body.pvd", frames_);
     probes_.commit();
-    write_file(directory_ / "summary.json", summary_json(summary));
+    write_file(directory_ / "summary.json", text);
 }
 
 } // namespace hybmss

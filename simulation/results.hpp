@@ -10,14 +10,37 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace hybmss {
 
-/// Keeps the results of one simulation in a directory, which is made where it is missing. Files of the same names are
-/// replaced. Throws std::runtime_error where something cannot be written, or would hold a value that is not finite.
+/// A result that is not finite, and so not written.
+struct NotFinite : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A directory, made where it is missing, that no other process may have as its own at the same time.
+class OwnedDirectory {
+public:
+    /// Throws std::runtime_error where it cannot be made or is in use.
+    explicit OwnedDirectory(std::filesystem::path path);
+    OwnedDirectory(const OwnedDirectory&) = delete;
+    OwnedDirectory& operator=(const OwnedDirectory&) = delete;
+    ~OwnedDirectory();
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+    int descriptor_;
+};
+
+/// Keeps the results of one simulation in a directory, which is its own meanwhile. Files of the same names are
+/// replaced; those that a run writes at its end are removed at its start, so that a run that does not reach its end is
+/// not taken for an earlier one. Throws std::runtime_error where something cannot be written, NotFinite where it would
+/// hold a value that is not finite.
 class Results {
 public:
     /// `before`: what state() gave when a run was stopped that this one goes on with.
@@ -35,6 +58,7 @@ public:
 private:
     static std::string frame_name(std::size_t frame);
 
+    OwnedDirectory owned_;
     std::filesystem::path directory_;
     const Simulation& simulation_;
     std::vector<std::array<std::uint32_t, 8>> cells_; ///< those present at cut_cells_
@@ -44,7 +68,7 @@ private:
     std::string rows_; ///< of probes.csv
 };
 
-/// The text of summary.json. Throws std::runtime_error for a value that is not finite.
+/// The text of summary.json. Throws NotFinite for a value that is not finite.
 std::string summary_json(const Summary& summary);
 
 } // namespace hybmss

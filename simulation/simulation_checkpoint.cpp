@@ -4,6 +4,7 @@
 #include "simulation/one_line.hpp"
 #include "simulation/simulation_implementation.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace hybmss {
@@ -13,6 +14,21 @@ void require_version(const CheckpointSections& sections) {
     if (const std::string& version = sections.text("version"); version != kVersion) {
         throw std::runtime_error("it was written by hybmss " + version + ", this is " + std::string(kVersion) +
                                  ": only the same version goes on with the same bits");
+    }
+}
+
+/// A surface file may be moved in space, and the cells made from it are the same.
+void require_origin(const CheckpointSections& sections, const Body& body) {
+    if (!sections.has("origin")) {
+        if (body.origin != std::array<double, 3>{0, 0, 0}) {
+            throw std::runtime_error("it is an older one, which does not tell where the body lies");
+        }
+        return;
+    }
+    const std::vector<double> origin = sections.values<double>("origin", 3);
+    if (!std::equal(origin.begin(), origin.end(), body.origin.begin())) {
+        throw std::runtime_error("it belongs to a body that lies elsewhere: " + body.surface +
+                                 " was moved since it was written");
     }
 }
 
@@ -80,6 +96,8 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     const std::uint64_t digest = body.scene_digest();
     sections.put("scene", std::span(&digest, 1));
     const PlanDescription plan = describe();
+    // Not in the digest: so those of bodies that begin at the origin are the same as before.
+    sections.put("origin", std::span<const double>(body.scene.body.origin));
     sections.put("precision", plan.precision);
     sections.put("instruction_set", std::string(name(plan.choice.instruction_set)));
     sections.put("layout", plan.layout);
@@ -129,6 +147,7 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         if (sections.values<std::uint64_t>("scene", 1)[0] != body.scene_digest()) {
             throw std::runtime_error("it belongs to another scene, or to this one before it was changed");
         }
+        require_origin(sections, body.scene.body);
         const std::vector<std::int64_t> run = counts_of_run(sections);
         body.steps = run[0];
         body.outputs = run[1];

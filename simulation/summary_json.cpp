@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 
 void require_finite(const Json& value) {
     if (value.is_number_float() && !std::isfinite(value.get<double>())) {
-        throw std::runtime_error("summary.json would hold a value that is not finite: not written");
+        throw NotFinite("summary.json would hold a value that is not finite: not written");
     }
     if (value.is_structured()) {
         for (const auto& item : value) {

@@ -1,11 +1,8 @@
 #include "simulation/voxel_grid.hpp"
 
-#include <cerrno>
-#include <fstream>
-#include <iterator>
+#include "simulation/read_file.hpp"
+
 #include <stdexcept>
-#include <string>
-#include <system_error>
 
 namespace hybmss {
 
@@ -20,17 +17,7 @@ VoxelGrid parse_voxels(std::string_view bytes) {
 }
 
 VoxelGrid read_voxels(const std::filesystem::path& path) {
-    std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored)) {
-        throw std::runtime_error("it is a directory");
-    }
-    errno = 0;
-    std::ifstream file(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    if (!file.is_open() || file.bad()) {
-        throw std::runtime_error("it cannot be read: " + std::generic_category().message(errno));
-    }
-    return parse_voxels(bytes);
+    return parse_voxels(read_regular_file(path));
 }
 
 } // namespace hybmss

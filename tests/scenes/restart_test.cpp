@@ -296,9 +296,50 @@ TEST_F(BadCheckpoint, of_another_scene) {
     EXPECT_EQ(test::run_program("run s.toml --out out --restart", directory_.path()).exit_code, 0);
 }
 
+/// The surface of the same cells, moved in space.
+TEST_F(BadCheckpoint, of_a_body_that_lies_elsewhere) {
+    std::string text = scene_text("duration = 25");
+    text.replace(text.find("cells = [4, 5, 6]"), 17, "surface = \"box.obj\"");
+    const auto write_box = [&](double x) {
+        std::ofstream box(directory_.path() / "box.obj");
+        for (int corner = 0; corner < 8; ++corner) {
+            box << "v " << x + (corner & 1) << " " << (corner >> 1 & 1) << " " << (corner >> 2 & 1) << "\n";
+        }
+        box << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    };
+    write_box(2);
+    const std::string scene = directory_.path() / "s.toml";
+    test::write_text(scene, text);
+    try {
+        load_scene(scene);
+    } catch (const SceneError& error) {
+        GTEST_SKIP() << error.what(); // a build without surfaces
+    }
+    {
+        Simulation simulation(load_scene(scene));
+        simulation.step(5);
+        simulation.write_checkpoint(file());
+    }
+    EXPECT_NO_THROW(Simulation::restarted(load_scene(scene), {}, file()));
+    write_box(3);
+    expect_refused("out/checkpoint: it belongs to a body that lies elsewhere: box.obj was moved");
+
+    const CheckpointSections sections = read_checkpoint_file(file());
+    CheckpointSections older;
+    for (const auto& [name, bytes] : sections.all()) {
+        if (name != "origin") {
+            older.put(name, bytes);
+        }
+    }
+    write_checkpoint_file(file(), older);
+    expect_refused("out/checkpoint: it is an older one, which does not tell where the body lies");
+}
+
 TEST_F(BadCheckpoint, options_that_it_fixes) {
     expect_refused("--precision excludes --restart", " --precision float");
     expect_refused("--layout excludes --restart", " --layout flat-rows");
+    expect_refused("--tile-nodes excludes --restart: what the checkpoint holds goes on", " --tile-nodes 40");
+    expect_refused("--integration excludes --restart", " --integration split");
 }
 
 TEST_F(BadCheckpoint, of_a_static_scene) {
