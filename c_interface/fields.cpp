@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -60,6 +61,19 @@ void check_field(const Field* field, std::size_t nodes, const char* name) {
     }
 }
 
+/// Whether a component of one entry is another component of the same entry or of another one, as in interleaved memory
+/// with the stride of separate arrays. With a map, only of the same: in blocks x x x x y y y y entries are left out.
+template <class T>
+bool overlap(const hybmss_field& field, const void* a, const void* b) {
+    if (field.map) {
+        return a == b;
+    }
+    const auto from = reinterpret_cast<std::uintptr_t>(std::min(a, b, std::less<>()));
+    const auto to = reinterpret_cast<std::uintptr_t>(std::max(a, b, std::less<>()));
+    const std::size_t apart = (to - from) / sizeof(T), stride = static_cast<std::size_t>(field.stride);
+    return apart % stride == 0 && apart / stride < field.count;
+}
+
 } // namespace
 
 template <class T>
@@ -69,8 +83,10 @@ void check(const hybmss_const_field* field, std::size_t nodes, const char* name)
 template <class T>
 void check(const hybmss_field* field, std::size_t nodes, const char* name) {
     check_field<T>(field, nodes, name);
-    if (nodes > 0 && (field->x == field->y || field->y == field->z || field->z == field->x)) {
-        refuse(name, "x, y and z must be different memory");
+    if (nodes > 0 && (overlap<T>(*field, field->x, field->y) || overlap<T>(*field, field->y, field->z) ||
+                      overlap<T>(*field, field->z, field->x))) {
+        refuse(name, "x, y and z must be different memory: with stride = " + std::to_string(field->stride) +
+                         " they share some");
     }
 }
 

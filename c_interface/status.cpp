@@ -3,8 +3,10 @@
 #include "hybmss/record.hpp"
 #include "hybmss/version.hpp"
 
+#include <cstddef>
 #include <cstdio>
 #include <exception>
+#include <limits>
 #include <new>
 #include <stdexcept>
 
@@ -46,10 +48,14 @@ void require(const void* pointer, const char* name) {
     }
 }
 
-void require(const void* pointer, const char* name, std::size_t count) {
+void require_entries(const void* pointer, const char* name, std::size_t count, std::size_t size) {
     if (!pointer && count > 0) {
         throw std::invalid_argument(std::string(name) + " is null: it must point to " + std::to_string(count) +
                                     " entries");
+    }
+    if (count > std::numeric_limits<std::ptrdiff_t>::max() / size) {
+        throw std::invalid_argument(std::string(name) + ": " + std::to_string(count) +
+                                    " entries are more than there is memory");
     }
 }
 

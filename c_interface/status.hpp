@@ -26,8 +26,13 @@ hybmss_status guarded(const Work& work) noexcept {
 
 /// Throws std::invalid_argument for a null pointer.
 void require(const void* pointer, const char* name);
-/// The same, where `count` entries are to be read or written: for none of them null is allowed.
-void require(const void* pointer, const char* name, std::size_t count);
+/// The same, where `count` entries of `size` bytes are to be read or written: for none of them null is allowed. Nor is
+/// a count that no memory can hold, such as a negative number that became a size.
+void require_entries(const void* pointer, const char* name, std::size_t count, std::size_t size);
+template <class T>
+void require(const T* pointer, const char* name, std::size_t count) {
+    require_entries(pointer, name, count, sizeof(T));
+}
 /// Throws std::invalid_argument unless given == wanted.
 void require_count(std::size_t given, std::size_t wanted, const char* name);
 

@@ -13,14 +13,15 @@ namespace hybmss::python {
 
 namespace {
 
-/// scales[k, j, i]: NumPy's last index is the fastest, as x is here.
-Lattice from_scales(const py::array_t<float, py::array::c_style | py::array::forcecast>& scales, double cell_size) {
+/// scales[i, j, k], as in the voxel files of scenes. In Fortran's order, which pybind11 makes of any other, x is the
+/// fastest, as it is here.
+Lattice from_scales(const py::array_t<float, py::array::f_style | py::array::forcecast>& scales, double cell_size) {
     if (scales.ndim() != 3) {
         throw std::invalid_argument("scales: " + std::to_string(scales.ndim()) +
-                                    " dimensions are not allowed: there must be three, [z, y, x]");
+                                    " dimensions are not allowed: there must be three, [x, y, z]");
     }
-    return Lattice::from_cells(static_cast<int>(scales.shape(2)), static_cast<int>(scales.shape(1)),
-                               static_cast<int>(scales.shape(0)), cell_size,
+    return Lattice::from_cells(static_cast<int>(scales.shape(0)), static_cast<int>(scales.shape(1)),
+                               static_cast<int>(scales.shape(2)), cell_size,
                                std::vector<float>(scales.data(), scales.data() + scales.size()));
 }
 
@@ -71,8 +72,10 @@ void bind_bodies(py::module_& module) {
     py::class_<Lattice>(module, "Lattice", "Cubic cells of one grid; nodes x fastest, then y, then z.")
         .def_static("box", &Lattice::box, py::arg("nx"), py::arg("ny"), py::arg("nz"), py::arg("cell_size"),
                     "A full box of nx * ny * nz cells, cell_size in m.")
-        .def_static("from_scales", &from_scales, py::arg("scales"), py::arg("cell_size"),
-                    "Cells with stiffness scales[z, y, x]; 0: no cell there.")
+        .def_static(
+            "from_scales", &from_scales, py::arg("scales"), py::arg("cell_size"),
+            "Cells with stiffness scales[x, y, z], the indices of a scene's voxel file, in any order of memory; "
+            "0: no cell there.")
         .def_property_readonly("cells", &Lattice::cells, "Cells of the grid along x, y and z.")
         .def_property_readonly("cell_size", &Lattice::cell_size, "m")
         .def_property_readonly("cell_count", &Lattice::cell_count, "Cells that are there.")

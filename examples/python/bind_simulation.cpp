@@ -3,11 +3,15 @@
 
 #include "hybmss/record.hpp"
 #include "hybmss/simulation.hpp"
+#include "hybmss/solve_to_accuracy.hpp"
 
 #include <pybind11/stl.h>
 
 #include <array>
+#include <cstdio>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hybmss::python {
@@ -33,7 +37,7 @@ py::dict dictionary(const Summary& summary) {
                     py::arg("relative_volume_change") = summary.volume.relative_volume_change,
                     py::arg("steps") = summary.steps, py::arg("time") = summary.time,
                     py::arg("residual") = summary.settlement.residual, py::arg("wall_seconds") = summary.wall_seconds,
-                    py::arg("probes") = probes);
+                    py::arg("warnings") = summary.warnings, py::arg("probes") = probes);
 }
 
 py::dict run(Simulation& simulation) {
@@ -52,6 +56,29 @@ SimulationOptions options(const std::string& precision, int threads) {
     return options;
 }
 
+py::object report(const std::optional<AccuracyReport>& accuracy) {
+    if (!accuracy) {
+        return py::none();
+    }
+    const AccuracyReport& a = *accuracy;
+    return py::dict(py::arg("wanted") = a.wanted, py::arg("error_estimate") = a.error_estimate,
+                    py::arg("quantity") = a.quantity, py::arg("free_mesh") = a.free_mesh,
+                    py::arg("precision") = std::string(name(a.precision)), py::arg("reached") = a.reached());
+}
+
+py::tuple accurate_solution(const std::string& scene, const std::optional<std::string>& precision, int threads) {
+    const AccuracyOptions wanted = {options(precision.value_or("double"), threads), !precision, {}};
+    const Scene loaded = load_scene(scene);
+    std::optional<AccurateSolution> solution;
+    {
+        const py::gil_scoped_release released;
+        solution = solve_to_accuracy(loaded, wanted);
+    }
+    py::dict summary = dictionary(solution->summary);
+    summary["accuracy"] = report(solution->summary.accuracy);
+    return py::make_tuple(std::move(solution->simulation), summary);
+}
+
 double force_error(const Record& record, std::size_t state, const py::array& forces) {
     const std::size_t nodes = record.lattice.nodes().size();
     const RecordDifference difference =
@@ -59,9 +86,10 @@ double force_error(const Record& record, std::size_t state, const py::array& for
             ? compare_forces<float>(record, state, input<float>(forces, nodes, "forces"))
             : compare_forces<double>(record, state, input<double>(forces, nodes, "forces"));
     if (!difference.within()) {
+        char figures[96];
+        std::snprintf(figures, sizeof figures, "%.3g, tolerance %.3g", difference.error, difference.tolerance);
         throw py::value_error("state " + std::to_string(state) + ": forces on node " + std::to_string(difference.node) +
-                              " differ from the recorded ones: relative error " + std::to_string(difference.error) +
-                              ", tolerance " + std::to_string(difference.tolerance));
+                              " differ from the recorded ones: relative error " + figures);
     }
     return difference.error;
 }
@@ -90,6 +118,12 @@ void bind_simulation(py::module_& module) {
         .def_property_readonly("lattice", &Simulation::lattice)
         .def_property_readonly("displacements", [](const Simulation& s) { return array_of(s.displacements()); })
         .def_property_readonly("velocities", [](const Simulation& s) { return array_of(s.velocities()); });
+
+    module.def("solve_to_accuracy", &accurate_solution, py::arg("scene"), py::kw_only(),
+               py::arg("precision") = py::none(), py::arg("threads") = 0,
+               "Solves a static scene with solver.accuracy, on a mesh of its choice where the scene leaves it free.\n\n"
+               "Returns the simulation at its equilibrium and what run() returns, with an \"accuracy\" (None where no "
+               "error\ncan be told). Without a precision float where it is enough, double else.");
 
     py::class_<Record>(module, "Record",
                        "States and forces to check other programs against: a file of `hybmss record`.")

@@ -3,7 +3,7 @@
 # Run as a script (`PYTHONPATH=build/release/python /usr/bin/python3 examples/python/work_precision.py`) or cell by cell.
 
 # %%
-import sys
+import argparse
 import time
 
 import hybmss
@@ -12,6 +12,11 @@ import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+parser = argparse.ArgumentParser(description="Draws the error of explicit steps over their seconds.")
+parser.add_argument("picture", nargs="?", default="work_precision.png", help="the file to write [%(default)s]")
+# Cell by cell there is no file, and the arguments are the kernel's.
+path = parser.parse_args(None if "__file__" in globals() else []).picture
 
 beam = hybmss.Lattice.box(24, 4, 4, 0.1)
 material = hybmss.Material(young_modulus=1e6, poisson_ratio=0.4)
@@ -47,6 +52,5 @@ axes.set_ylabel("relative error of the displacements")
 axes.set_title(f"A held beam of {beam.cell_count} cells after {duration} s of gravity")
 axes.legend()
 axes.grid(True, which="both", alpha=0.3)
-path = sys.argv[1] if len(sys.argv) > 1 else "work_precision.png"
 figure.savefig(path, dpi=120, bbox_inches="tight")
 print(path)

@@ -146,7 +146,8 @@ enum { HYBMSS_FLOAT = 0, HYBMSS_DOUBLE = 1 };
 
 /* One vector a node: component x of entry n is x[n * stride], likewise y and z, float or double as `precision` says.
  * SoA has stride 1, interleaved x y z stride 3; any stride >= 1 will do, so members of a struct whose size is a
- * multiple of the component's are fields too. `count` is the number of entries that may be touched.
+ * multiple of the component's are fields too. `count` is the number of entries that may be touched. Where it is written
+ * to, x, y and z share no memory.
  *
  * `map` is the caller's own order: null where entry n is node n (`count` is then the body's node count), else one
  * number below `count` for every node of the body: node n is entry map[n]. Entries that no node maps to stay as they

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "hybmss/export.h"
+
 #include <string_view>
 
 namespace hybmss {
@@ -7,9 +9,9 @@ namespace hybmss {
 enum class Precision { float32, float64 };
 
 /// "float" or "double".
-std::string_view name(Precision precision);
+HYBMSS_EXPORT std::string_view name(Precision precision);
 
 /// The inverse of name(). Throws std::invalid_argument that lists the names.
-Precision parse_precision(std::string_view text);
+HYBMSS_EXPORT Precision parse_precision(std::string_view text);
 
 } // namespace hybmss

@@ -82,6 +82,7 @@ static void bodies(void) {
     REFUSED(hybmss_lattice_create(cells, NAN, NULL, 0, &material, &untouched), "cell_size");
     REFUSED(hybmss_lattice_create(two, 0.5, NULL, 2, &material, &untouched), "scales is null");
     REFUSED(hybmss_lattice_create(two, 0.5, scales, 1, &material, &untouched), "1 values given, 2 needed");
+    REFUSED(hybmss_lattice_create(two, 0.5, scales, (size_t)-1, &material, &untouched), "more than there is memory");
     REFUSED(hybmss_lattice_create(two, 0.5, bad, 2, &material, &untouched), "cell scale");
     REFUSED(hybmss_lattice_create(two, 0.5, not_a_number, 2, &material, &untouched), "cell scale");
     material.poisson_ratio = 0.5;
@@ -145,7 +146,7 @@ static void layouts(void) {
     hybmss_body* body = box();
     hybmss_plan* plan = plan_of(body, HYBMSS_DOUBLE);
     static double u[3 * NODES], f[3 * NODES], separate[3][NODES], result[3][NODES], mixed_u[8 * NODES],
-        mixed_f[8 * NODES];
+        mixed_f[8 * NODES], blocks_u[3 * NODES], blocks_f[3 * NODES];
     static uint32_t map[NODES];
     hybmss_const_field in;
     hybmss_field out;
@@ -198,6 +199,23 @@ static void layouts(void) {
     /* They are added. */
     OK(hybmss_plan_add_forces(plan, &in, &out));
     EXPECT(mixed_f[4 * map[0]] == 2 * f[0]);
+
+    /* Blocks: four of x, then of y, then of z. */
+    for (n = 0; n < NODES; ++n) {
+        map[n] = (uint32_t)(12 * (n / 4) + n % 4);
+        for (c = 0; c < 3; ++c) {
+            blocks_u[map[n] + 4 * c] = u[3 * n + c];
+        }
+    }
+    in.x = blocks_u, in.y = blocks_u + 4, in.z = blocks_u + 8, in.stride = 1, in.count = 3 * NODES - 8;
+    out.x = blocks_f, out.y = blocks_f + 4, out.z = blocks_f + 8;
+    out.stride = 1, out.count = in.count;
+    OK(hybmss_plan_add_forces(plan, &in, &out));
+    for (n = 0; n < NODES; ++n) {
+        for (c = 0; c < 3; ++c) {
+            EXPECT(blocks_f[map[n] + 4 * c] == f[3 * n + c]);
+        }
+    }
     hybmss_plan_destroy(plan);
 
     {
@@ -319,6 +337,8 @@ static void refused_fields(void) {
     map[3] = 0;
     worse = out, worse.x = worse.y;
     REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "different memory");
+    worse = out, worse.stride = 1; /* interleaved memory: y of an entry is x of the next */
+    REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "different memory");
     worse = out, worse.precision = HYBMSS_DOUBLE;
     REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "forces: precision");
 
@@ -386,6 +406,7 @@ static void motion(void) {
 
     REFUSED(hybmss_dynamics_prescribe(NULL, &held, 1), "dynamics is null");
     REFUSED(hybmss_dynamics_prescribe(dynamics, NULL, 1), "nodes is null");
+    REFUSED(hybmss_dynamics_prescribe(dynamics, &held, (size_t)-1), "more than there is memory");
     held.axes = 8;
     REFUSED(hybmss_dynamics_prescribe(dynamics, &held, 1), "axes");
     held.axes = 7, held.node = NODES;
@@ -394,6 +415,7 @@ static void motion(void) {
     REFUSED(hybmss_dynamics_prescribe(dynamics, &held, 1), "prescribed displacement");
     REFUSED(hybmss_dynamics_load(NULL, &load, 1), "dynamics is null");
     REFUSED(hybmss_dynamics_load(dynamics, NULL, 1), "loads is null");
+    REFUSED(hybmss_dynamics_load(dynamics, &load, (size_t)-1), "more than there is memory");
     load.node = NODES;
     REFUSED(hybmss_dynamics_load(dynamics, &load, 1), "loaded node 120");
     load.node = 0, load.force[2] = INFINITY;

@@ -98,9 +98,28 @@ def test_what_is_not_allowed_is_a_value_error():
 def test_lattice_from_scales():
     scales = np.zeros((2, 3, 4))
     scales[1, 2, 3] = 1
-    body = hybmss.Lattice.from_scales(scales, 0.5)
-    assert body.cells == [4, 3, 2] and body.cell_count == 1 and body.node_count == 8
-    assert body.rest_positions().min(axis=0) == pytest.approx([1.5, 1.0, 0.5])
+    strided = np.zeros((4, 3, 8))[::2, :, ::-2]
+    strided[:] = scales
+    transposed = np.ascontiguousarray(scales.T).T
+    for given in [scales, np.asfortranarray(scales), strided, transposed, scales.tolist(), scales.astype("int8")]:
+        body = hybmss.Lattice.from_scales(given, 0.5)
+        assert body.cells == [2, 3, 4] and body.cell_count == 1 and body.node_count == 8
+        assert body.rest_positions().min(axis=0) == pytest.approx([0.5, 1.0, 1.5])
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_scales_have_the_indices_of_a_voxel_file(tmp_path, order):
+    labels = np.zeros((4, 3, 2), np.uint8, order=order)
+    labels[:, 0, 0] = 1
+    labels[0, :, 1] = 1
+    labels[3, 2, 1] = 1
+    np.save(tmp_path / "body.npy", labels)
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE.replace("cells = [2, 2, 2]", 'voxels = "body.npy"'))
+    voxels = hybmss.Simulation(str(scene)).lattice
+    body = hybmss.Lattice.from_scales(labels, 0.1)
+    assert body.cells == voxels.cells == [4, 3, 2]
+    assert np.array_equal(body.rest_positions(), voxels.rest_positions())
 
 
 def test_stiffening_springs():
@@ -185,15 +204,49 @@ def test_simulation_and_record(tmp_path):
             forces = plan.forces(record.displacements(state).astype(dtype))
             assert record.check_forces(state, forces) < 1e-5
             forces[3] += 1
-            with pytest.raises(ValueError, match="node 3"):
+            with pytest.raises(ValueError, match="node 3 .*relative error [0-9.e+-]*, tolerance [1-9]"):
                 record.check_forces(state, forces)
     path.write_text(path.read_text().replace("hybmss", "hypnos", 1))
     with pytest.raises(hybmss.RecordError, match="no record"):
         hybmss.Record(str(path))
 
 
+def test_solve_to_accuracy(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE.replace("cells = [2, 2, 2]\ncell_size = 0.1", "size = [0.2, 0.2, 0.2]")
+                     .replace('"static"', '"static"\naccuracy = 0.05'))
+    with pytest.raises(hybmss.SceneError, match=r"solve_to_accuracy\(\)"):
+        hybmss.Simulation(str(scene))
+    simulation, summary = hybmss.solve_to_accuracy(str(scene))
+    accuracy = summary["accuracy"]
+    assert summary["converged"] and summary["failure"] == "" and summary["warnings"] == []
+    assert accuracy["free_mesh"] and accuracy["reached"] and accuracy["precision"] == "float"
+    assert 0 < accuracy["error_estimate"] <= accuracy["wanted"] == 0.05
+    assert simulation.lattice.cells[0] >= 8
+    assert np.abs(simulation.displacements).max() > 0
+    assert summary["probes"].keys() == {"ground"}
+    assert hybmss.solve_to_accuracy(str(scene), precision="double")[1]["accuracy"]["precision"] == "double"
+
+    scene.write_text(SCENE.replace('"static"', '"static"\naccuracy = 1e-4'))
+    coarse, summary = hybmss.solve_to_accuracy(str(scene))
+    assert coarse.lattice.cells == [2, 2, 2]
+    assert not summary["accuracy"]["reached"] and "too coarse" in summary["warnings"][0]
+    scene.write_text(SCENE)
+    with pytest.raises(hybmss.SceneError, match="solver.accuracy"):
+        hybmss.solve_to_accuracy(str(scene))
+
+
+def test_work_precision_tells_of_its_arguments(tmp_path):
+    pytest.importorskip("matplotlib")
+    script = SOURCE / "examples/python/work_precision.py"
+    told = subprocess.run([sys.executable, script, "--help"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert told.returncode == 0 and told.stdout.startswith("usage: work_precision.py") and not list(tmp_path.iterdir())
+
+
 def test_stubs_name_what_the_module_has():
     tree = ast.parse((SOURCE / "examples/python/hybmss.pyi").read_text())
+    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert functions == {name for name, value in vars(hybmss).items() if inspect.isbuiltin(value)}
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     assert set(classes) == {name for name, value in vars(hybmss).items() if inspect.isclass(value)}
     for name, node in classes.items():
