@@ -111,10 +111,10 @@ void report_end(const RunArguments& arguments, const Simulation& simulation, con
     }
     if (summary.volume.min_cell_volume_ratio <= 0) {
         // An inverted cell can hold a lattice in a false equilibrium, so a settled result needs this word of caution.
-        fmt::print(
-            stderr,
-            "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); gentler motions and loads may help\n",
-            arguments.scene, summary.volume.min_cell_volume_ratio);
+        fmt::print(stderr,
+                   "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); gentler motions and "
+                   "loads may help\n",
+                   arguments.scene, summary.volume.min_cell_volume_ratio);
     }
     for (const std::string& warning : summary.warnings) {
         fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, warning);

@@ -48,12 +48,14 @@ TEST(HandFilledScene, every_number_must_be_in_its_keys_range) {
          [](Scene& s) {
              s.loads = {{FaceRegion{}, {INFINITY, 0, 0}}};
          }},
-        {"cut.at: nan", [](Scene& s) { s.cuts = {{.tool = BoxRegion{}, .at = kNaN}}; }},
-        {"cut.at: -1", [](Scene& s) { s.cuts = {{.tool = BoxRegion{}, .at = -1}}; }},
-        {"cut.every: 1e-300", [](Scene& s) { s.cuts = {{.tool = BoxRegion{}, .until = 1, .every = 1e-300}}; }},
+        {"cut.at: nan", [](Scene& s) { s.cuts.emplace_back().at = kNaN; }},
+        {"cut.at: -1", [](Scene& s) { s.cuts.emplace_back().at = -1; }},
+        {"cut.every: 1e-300", [](Scene& s) { s.cuts.emplace_back().until = 1, s.cuts[0].every = 1e-300; }},
         {"obstacle.friction: -1",
          [](Scene& s) {
-             s.obstacles = {{.name = "o", .shape = PlaneShape{{0, 1, 0}}, .friction = -1}};
+             s.obstacles.emplace_back();
+             s.obstacles[0].shape = PlaneShape{{0, 1, 0}};
+             s.obstacles[0].friction = -1;
          }},
     };
     for (const Fault& fault : faults) {
