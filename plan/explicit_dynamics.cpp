@@ -70,6 +70,10 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
             throw std::invalid_argument("prescribed node " + std::to_string(p.node) + ": the body has " +
                                         std::to_string(body.node_count()) + " nodes");
         }
+        if (p.axes > 7) {
+            throw std::invalid_argument("prescribed node " + std::to_string(p.node) + ": axes = " +
+                                        std::to_string(p.axes) + " is not allowed: it must be a sum of 1, 2 and 4");
+        }
         const std::size_t index = body.index_of(p.node);
         for (std::size_t c = 0; c < 3; ++c) {
             if (p.axes >> c & 1) {
@@ -131,6 +135,10 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
 
 template <class T>
 void ExplicitDynamics<T>::step(const StepParameters& parameters, long count) {
+    if (count < 0) {
+        throw std::invalid_argument("count = " + std::to_string(count) +
+                                    " is not allowed: it must be at least 0 steps");
+    }
     implementation_->body->step(implementation_->state, parameters,
                                 {implementation_->effects, implementation_->prescribed, implementation_->loaded},
                                 count);

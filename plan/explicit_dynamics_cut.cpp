@@ -18,7 +18,15 @@ void ExplicitDynamics<T>::Implementation::check_cut(const Lattice& lattice, std:
                                         std::to_string(lattice.cell_scales().size()));
         }
     }
+    if (lattice.cell_size() != body->length_unit()) {
+        throw std::invalid_argument("the lattice has cells of " + std::to_string(lattice.cell_size()) +
+                                    " m, the body of " + std::to_string(body->length_unit()) + " m");
+    }
     if (!numbers) {
+        if (const std::size_t cells_here = body->describe().cells; cells_here != lattice.cell_count()) {
+            throw std::invalid_argument("the lattice has " + std::to_string(lattice.cell_count()) +
+                                        " cells, the body made from it " + std::to_string(cells_here));
+        }
         numbers.emplace(lattice, body->node_count());
         grid = lattice.cells();
     }

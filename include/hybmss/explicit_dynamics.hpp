@@ -62,7 +62,7 @@ public:
     std::size_t node_count() const;
 
     /// Replaces the list of prescribed nodes; their state is set at once, and again after every step. Throws
-    /// std::invalid_argument for a node that is not there and for numbers that are not finite.
+    /// std::invalid_argument for a node that is not there, axes above 7 and numbers that are not finite.
     void prescribe(std::span<const PrescribedNode> nodes);
 
     /// Replaces the list of loads; several on one node add up. Throws std::invalid_argument for a node that does not
@@ -80,8 +80,9 @@ public:
     /// critical_time_step() stays as it was, and stays a lower bound: it bounds
     /// x'Kx / x'Mx cell by cell, and a cell takes its share of both away with it.
     ///
-    /// Throws std::invalid_argument, and changes nothing, for an index outside the grid, a lattice of another grid or
-    /// with other nodes, and a body that cannot be cut: a network, or a lattice in a network's layout.
+    /// Throws std::invalid_argument, and changes nothing, for an index outside the grid, a lattice of another grid, of
+    /// other cells' size, with other nodes, or at the first call with more or fewer cells, and a body that cannot be
+    /// cut: a network, or a lattice in a network's layout.
     std::size_t remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells);
     /// Whether this body is one that can.
     bool can_remove_cells() const;
@@ -105,10 +106,10 @@ public:
     /// finite or negative.
     void damp_springs(double stiffness_damping);
 
-    /// Takes `count` steps. Throws std::invalid_argument for a time step that is not finite and > 0, an acceleration
-    /// that is not finite, or a negative damping. A step above the critical one is taken, as larger ones may do where
-    /// the body is stretched: the motion may then grow without bound, in the end to numbers that are not finite, and
-    /// the energies with it.
+    /// Takes `count` steps. Throws std::invalid_argument for a negative count or damping, a time step that is not
+    /// finite and > 0, or an acceleration that is not finite. A step above the critical one is taken, as larger ones
+    /// may do where the body is stretched: the motion may then grow without bound, in the end to numbers that are not
+    /// finite, and the energies with it.
     void step(const StepParameters& parameters, long count = 1);
 
     void get_displacements(VectorField<T> out) const;

@@ -86,6 +86,13 @@ TEST(ForcePlan, RefusesWhatItCannotDo) {
               "mass_damping = -1 is not allowed: it must be finite and at least 0");
     const PrescribedNode outside{27, 7, {0, 0, 0}, {0, 0, 0}};
     EXPECT_EQ(refusal([&] { body.prescribe({&outside, 1}); }), "prescribed node 27: the body has 27 nodes");
+    const PrescribedNode fourth_axis{.node = 3, .axes = 9};
+    EXPECT_EQ(refusal([&] {
+                  body.prescribe({&fourth_axis, 1});
+              }),
+              "prescribed node 3: axes = 9 is not allowed: it must be a sum of 1, 2 and 4");
+    EXPECT_EQ(refusal([&] { body.step({.time_step = 1e-4}, -5); }),
+              "count = -5 is not allowed: it must be at least 0 steps");
 }
 
 TEST(ForcePlan, AnEmptyLatticeHasNoForces) {
