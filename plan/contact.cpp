@@ -153,7 +153,7 @@ typename Contact<T>::Touch Contact<T>::touch(const Obstacle& obstacle, const Poi
 
 /// m by which a node may come nearer before its block must be looked at again are used up at the speed
 ///
-///     2 (fastest node + obstacle + wave speed) + (gravity + loads) t,
+///     2 (fastest node + obstacle) + wave speed + (gravity + loads) t,
 ///
 /// and by twice the way of nodes that are led: springs give a node of a body in one piece no more than the material's
 /// wave speed, or the speed of what pulls at it. That holds for a short time, so a block is looked at after kAsleep
@@ -224,7 +224,7 @@ void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& 
         fastest = std::max(fastest, square);
     }
     // A step early, so that the place before the first touch is known.
-    watch.speed = 2 * (length_unit_ * std::sqrt(fastest) + length(pose.velocity) + wave_speed_);
+    watch.speed = 2 * (length_unit_ * std::sqrt(fastest) + length(pose.velocity)) + wave_speed_;
     watch.near = std::min(nearest - (watch.speed + gain_of_speed) * time_step, kAsleep * watch.speed * time_step);
     if (watch.near > (watch.speed + gain_of_speed) * time_step && has_grips(o)) {
         for (std::size_t n = begin; n < end; ++n) {
