@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/hessian_arguments.hpp"
-#include "kernels/network_kernels.hpp"
+#include "kernels/network/network_kernels.hpp"
 
 namespace hybmss::kernels {
 

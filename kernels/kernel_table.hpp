@@ -4,8 +4,8 @@
 
 #include "hybmss/instruction_set.hpp"
 #include "kernels/hessian_kernels.hpp"
-#include "kernels/lattice_kernels.hpp"
-#include "kernels/network_kernels.hpp"
+#include "kernels/lattice/lattice_kernels.hpp"
+#include "kernels/network/network_kernels.hpp"
 #include "kernels/spring_effect_kernels.hpp"
 
 namespace hybmss::kernels {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/hessian_arguments.hpp"
-#include "kernels/lattice_cell.hpp"
+#include "kernels/lattice/lattice_cell.hpp"
 
 namespace hybmss::kernels {
 namespace {

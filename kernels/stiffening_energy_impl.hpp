@@ -1,9 +1,9 @@
 #pragma once
 
-#include "kernels/lattice_hessian_impl.hpp"
-#include "kernels/network_hessian_impl.hpp"
-#include "kernels/record_hessian_impl.hpp"
-#include "kernels/run_hessian_impl.hpp"
+#include "kernels/lattice/lattice_hessian_impl.hpp"
+#include "kernels/network/network_hessian_impl.hpp"
+#include "kernels/network/record_hessian_impl.hpp"
+#include "kernels/network/run_hessian_impl.hpp"
 
 // Sums of the stiffening energy k l^2 (quadratic e^3/3 + cubic e^4/4) in every layout.
 

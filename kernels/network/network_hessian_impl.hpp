@@ -1,7 +1,7 @@
 #pragma once
 
-#include "kernels/network_hessian_cell.hpp"
-#include "kernels/network_impl.hpp"
+#include "kernels/network/network_hessian_cell.hpp"
+#include "kernels/network/network_impl.hpp"
 #include "kernels/spring_hessian.hpp"
 
 // Second derivatives of a network as structure of arrays.

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "kernels/network_hessian_cell.hpp"
-#include "kernels/network_packed_impl.hpp"
+#include "kernels/network/network_hessian_cell.hpp"
+#include "kernels/network/network_packed_impl.hpp"
 #include "kernels/spring_hessian.hpp"
 
 // Second derivatives of a network whose nodes are packed, x y z 0.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/network_packed_impl.hpp"
+#include "kernels/network/network_packed_impl.hpp"
 
 // The scalar loops over arrays of structs: the code that people would write first, kept as a baseline. The batch type
 // names only the precision; all levels of accuracy use the rounded square root and division.

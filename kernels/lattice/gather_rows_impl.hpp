@@ -4,7 +4,7 @@
 // scattered and no two nodes write to one place, but each spring is evaluated at both of its ends and each cell's
 // volume at all of its corners.
 
-#include "kernels/lattice_sweep.hpp"
+#include "kernels/lattice/lattice_sweep.hpp"
 
 namespace hybmss::kernels {
 namespace {

@@ -1,7 +1,7 @@
 // Compiled once for each instruction set.
 #include "kernels/compiled_kernels.hpp"
 #include "kernels/compiled_set.hpp"
-#include "kernels/network_packed_impl.hpp"
+#include "kernels/network/network_packed_impl.hpp"
 
 namespace hybmss::kernels {
 namespace {

@@ -1,8 +1,8 @@
 // Compiled once for each instruction set.
 #include "kernels/compiled_kernels.hpp"
 #include "kernels/compiled_set.hpp"
-#include "kernels/lattice_hessian_diagonal_impl.hpp"
-#include "kernels/lattice_hessian_impl.hpp"
+#include "kernels/lattice/lattice_hessian_diagonal_impl.hpp"
+#include "kernels/lattice/lattice_hessian_impl.hpp"
 
 namespace hybmss::kernels {
 namespace {

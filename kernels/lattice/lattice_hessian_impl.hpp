@@ -1,8 +1,8 @@
 #pragma once
 
-#include "kernels/active_rows_impl.hpp"
+#include "kernels/lattice/active_rows_impl.hpp"
 #include "kernels/hessian_arguments.hpp"
-#include "kernels/lattice_layer_impl.hpp"
+#include "kernels/lattice/lattice_layer_impl.hpp"
 #include "kernels/spring_hessian.hpp"
 
 // The product K(u) p of a lattice, in the same sweep as its forces (lattice_layer_impl.hpp).

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "kernels/network_kernels.hpp"
-#include "kernels/packed_hessian_impl.hpp"
+#include "kernels/network/network_kernels.hpp"
+#include "kernels/network/packed_hessian_impl.hpp"
 
 // Second derivatives of a packed network's runs. A run is made a block with indices and goes through the kernels for
 // those: their arithmetic, not their loads, is what takes the time.

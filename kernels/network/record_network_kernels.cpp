@@ -1,7 +1,7 @@
 // Compiled once for each instruction set.
 #include "kernels/compiled_kernels.hpp"
 #include "kernels/compiled_set.hpp"
-#include "kernels/network_records_impl.hpp"
+#include "kernels/network/network_records_impl.hpp"
 
 namespace hybmss::kernels {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/hessian_arguments.hpp"
-#include "kernels/network_records_impl.hpp"
+#include "kernels/network/network_records_impl.hpp"
 
 // Second derivatives in scalar loops over arrays of structs; see network_records_impl.hpp.
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "kernels/lattice_cell.hpp"
-#include "kernels/network_kernels.hpp"
-#include "kernels/network_quads.hpp"
+#include "kernels/lattice/lattice_cell.hpp"
+#include "kernels/network/network_kernels.hpp"
+#include "kernels/network/network_quads.hpp"
 
 namespace hybmss::kernels {
 namespace {

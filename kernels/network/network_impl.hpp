@@ -1,7 +1,7 @@
 #pragma once
 
-#include "kernels/lattice_cell.hpp"
-#include "kernels/lattice_layer_impl.hpp"
+#include "kernels/lattice/lattice_cell.hpp"
+#include "kernels/lattice/lattice_layer_impl.hpp"
 
 namespace hybmss::kernels {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/lattice_hessian_impl.hpp"
+#include "kernels/lattice/lattice_hessian_impl.hpp"
 
 // The diagonal 3x3 blocks of a lattice's K(u), in the same sweep as its product.
 

@@ -3,7 +3,7 @@
 // The layout active-rows: a plane holds those vectors of its rows that the body has nodes in, and lists where their
 // neighbours lie.
 
-#include "kernels/lattice_sweep.hpp"
+#include "kernels/lattice/lattice_sweep.hpp"
 
 namespace hybmss::kernels {
 namespace {

@@ -2,8 +2,8 @@
 
 // Fills the table of a layout that sweeps a lattice. `Sweep` names its kernels: layer, top and energy.
 
-#include "kernels/lattice_kernels.hpp"
-#include "kernels/lattice_sweep.hpp"
+#include "kernels/lattice/lattice_kernels.hpp"
+#include "kernels/lattice/lattice_sweep.hpp"
 
 namespace hybmss::kernels {
 namespace {

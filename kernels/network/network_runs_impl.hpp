@@ -4,8 +4,8 @@
 // and stored as whole vectors; what comes out of the transposition is not in the order of the nodes, and the values of
 // a run are stored in that same order.
 
-#include "kernels/network_kernels.hpp"
-#include "kernels/network_packed_impl.hpp"
+#include "kernels/network/network_kernels.hpp"
+#include "kernels/network/network_packed_impl.hpp"
 
 namespace hybmss::kernels {
 namespace {

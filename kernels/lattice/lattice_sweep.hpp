@@ -2,7 +2,7 @@
 
 // What a sweep does with one vector of lattice cells, wherever its rows lie: the body of every layout's loop.
 
-#include "kernels/lattice_cell.hpp"
+#include "kernels/lattice/lattice_cell.hpp"
 
 /// For a lambda: it is a step of the function around it, and its values belong into that one's registers.
 #define HYBMSS_INLINE_BODY __attribute__((always_inline))

@@ -2,7 +2,7 @@
 
 // The layout flat-rows: rows, and the planes above, lie at fixed distances.
 
-#include "kernels/lattice_sweep.hpp"
+#include "kernels/lattice/lattice_sweep.hpp"
 
 namespace hybmss::kernels {
 namespace {
