@@ -3,7 +3,7 @@
 // What kernels are called with: plain pointers, strides and counts. Nothing here owns memory or checks anything.
 
 #include "hybmss/accuracy.hpp"
-#include "layouts/vector_neighbors.hpp"
+#include "layouts/lattice/vector_neighbors.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "plan/lattice_body.hpp"
 
-#include "layouts/active_rows.hpp"
-#include "layouts/flat_rows.hpp"
+#include "layouts/lattice/active_rows.hpp"
+#include "layouts/lattice/flat_rows.hpp"
 #include "plan/critical_time_step.hpp"
 #include "plan/lattice_energy.hpp"
 #include "plan/plan_description.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/kernel_table.hpp"
-#include "layouts/lattice_arrays.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
 #include "plan/body.hpp"
 #include "plan/meetings.hpp"
 

@@ -1,4 +1,4 @@
-#include "layouts/active_rows.hpp"
+#include "layouts/lattice/active_rows.hpp"
 #include "plan/candidates.hpp"
 #include "plan/gather_body.hpp"
 #include "plan/lattice_body.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/kernel_table.hpp"
-#include "layouts/colored_soa.hpp"
+#include "layouts/network/colored_soa.hpp"
 #include "plan/body.hpp"
 
 namespace hybmss {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "kernels/kernel_table.hpp"
-#include "layouts/array_of_structs.hpp"
-#include "layouts/packed_xyzw.hpp"
+#include "layouts/network/array_of_structs.hpp"
+#include "layouts/network/packed_xyzw.hpp"
 #include "plan/body.hpp"
 
 #include <limits>

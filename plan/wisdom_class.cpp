@@ -1,6 +1,6 @@
 #include "plan/wisdom_class.hpp"
 
-#include "layouts/active_rows.hpp"
+#include "layouts/lattice/active_rows.hpp"
 #include "plan/candidates.hpp"
 #include "plan/plan_description.hpp"
 #include "plan/tuner_sample.hpp"

@@ -1,6 +1,6 @@
 #include "solvers/body_scales.hpp"
 
-#include "layouts/rest_shape.hpp"
+#include "layouts/lattice/rest_shape.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "solvers/solid_cells.hpp"
 
-#include "layouts/rest_shape.hpp"
+#include "layouts/lattice/rest_shape.hpp"
 
 #include <Eigen/Dense>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels/arguments.hpp"
-#include "layouts/network_blocks.hpp"
+#include "layouts/network/network_blocks.hpp"
 
 namespace hybmss::kernels {
 

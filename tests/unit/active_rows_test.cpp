@@ -1,7 +1,7 @@
 // The layout active-rows: every cell finds its corners, with the numbers that flat rows hold.
 
-#include "layouts/active_rows.hpp"
-#include "layouts/flat_rows.hpp"
+#include "layouts/lattice/active_rows.hpp"
+#include "layouts/lattice/flat_rows.hpp"
 
 #include <gtest/gtest.h>
 

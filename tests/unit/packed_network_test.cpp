@@ -1,11 +1,11 @@
 // The layout packed-xyzw: its order, blocks and tiles.
 
-#include "layouts/conflict_free_blocks.hpp"
-#include "layouts/distinct_rows.hpp"
-#include "layouts/item_runs.hpp"
-#include "layouts/packed_xyzw.hpp"
-#include "layouts/row_order.hpp"
-#include "layouts/tile_coloring.hpp"
+#include "layouts/network/conflict_free_blocks.hpp"
+#include "layouts/network/distinct_rows.hpp"
+#include "layouts/network/item_runs.hpp"
+#include "layouts/network/packed_xyzw.hpp"
+#include "layouts/network/row_order.hpp"
+#include "layouts/network/tile_coloring.hpp"
 #include "tests/unit/random_bodies.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "layouts/cell_shares.hpp"
+#include "layouts/lattice/cell_shares.hpp"
 
 namespace hybmss {
 

@@ -1,4 +1,4 @@
-#include "layouts/flat_rows.hpp"
+#include "layouts/lattice/flat_rows.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "layouts/lattice_arrays.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
 
 namespace hybmss {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "layouts/conflict_free_blocks.hpp"
-#include "layouts/network_blocks.hpp"
+#include "layouts/network/conflict_free_blocks.hpp"
+#include "layouts/network/network_blocks.hpp"
 
 #include <array>
 #include <cstddef>

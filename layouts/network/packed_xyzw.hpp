@@ -2,7 +2,7 @@
 
 #include "hybmss/network.hpp"
 #include "layouts/aligned_array.hpp"
-#include "layouts/network_blocks.hpp"
+#include "layouts/network/network_blocks.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "layouts/tile_coloring.hpp"
+#include "layouts/network/tile_coloring.hpp"
 
 #include <algorithm>
 #include <bit>

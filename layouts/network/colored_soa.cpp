@@ -1,4 +1,4 @@
-#include "layouts/colored_soa.hpp"
+#include "layouts/network/colored_soa.hpp"
 
 #include "layouts/coloring.hpp"
 

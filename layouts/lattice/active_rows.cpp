@@ -1,4 +1,4 @@
-#include "layouts/active_rows.hpp"
+#include "layouts/lattice/active_rows.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "layouts/tiled_items.hpp"
+#include "layouts/network/tiled_items.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "layouts/item_runs.hpp"
+#include "layouts/network/item_runs.hpp"
 
 #include <algorithm>
 

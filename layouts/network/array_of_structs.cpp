@@ -1,6 +1,6 @@
-#include "layouts/array_of_structs.hpp"
+#include "layouts/network/array_of_structs.hpp"
 
-#include "layouts/rest_shape.hpp"
+#include "layouts/lattice/rest_shape.hpp"
 
 namespace hybmss {
 

@@ -1,4 +1,4 @@
-#include "layouts/conflict_free_blocks.hpp"
+#include "layouts/network/conflict_free_blocks.hpp"
 
 #include <bit>
 

@@ -1,4 +1,4 @@
-#include "layouts/row_order.hpp"
+#include "layouts/network/row_order.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "layouts/aligned_array.hpp"
-#include "layouts/cell_shares.hpp"
+#include "layouts/lattice/cell_shares.hpp"
 #include "layouts/node_runs.hpp"
-#include "layouts/vector_neighbors.hpp"
+#include "layouts/lattice/vector_neighbors.hpp"
 
 #include <algorithm>
 #include <cstddef>

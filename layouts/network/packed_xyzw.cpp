@@ -1,12 +1,12 @@
-#include "layouts/packed_xyzw.hpp"
+#include "layouts/network/packed_xyzw.hpp"
 
-#include "layouts/conflict_free_blocks.hpp"
-#include "layouts/distinct_rows.hpp"
-#include "layouts/packed_sources.hpp"
-#include "layouts/rest_shape.hpp"
-#include "layouts/row_order.hpp"
-#include "layouts/tile_coloring.hpp"
-#include "layouts/tiled_items.hpp"
+#include "layouts/network/conflict_free_blocks.hpp"
+#include "layouts/network/distinct_rows.hpp"
+#include "layouts/network/packed_sources.hpp"
+#include "layouts/lattice/rest_shape.hpp"
+#include "layouts/network/row_order.hpp"
+#include "layouts/network/tile_coloring.hpp"
+#include "layouts/network/tiled_items.hpp"
 
 #include <algorithm>
 #include <cmath>

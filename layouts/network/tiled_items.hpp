@@ -1,6 +1,6 @@
 #pragma once
 
-#include "layouts/item_runs.hpp"
+#include "layouts/network/item_runs.hpp"
 
 #include <cstddef>
 #include <cstdint>

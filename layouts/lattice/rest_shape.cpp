@@ -1,4 +1,4 @@
-#include "layouts/rest_shape.hpp"
+#include "layouts/lattice/rest_shape.hpp"
 
 namespace hybmss {
 
