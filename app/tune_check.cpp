@@ -1,7 +1,7 @@
 #include "app/tune_check.hpp"
 
-#include "plan/candidates.hpp"
-#include "plan/tuner_race.hpp"
+#include "plan/tuning/candidates.hpp"
+#include "plan/tuning/tuner_race.hpp"
 
 #include <algorithm>
 #include <chrono>

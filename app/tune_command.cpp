@@ -2,7 +2,7 @@
 #include "app/plan_arguments.hpp"
 #include "app/tune_check.hpp"
 #include "app/tune_rows.hpp"
-#include "plan/candidates.hpp"
+#include "plan/tuning/candidates.hpp"
 #include "simulation/memory.hpp"
 #include "simulation/scene_lattice.hpp"
 

@@ -3,7 +3,7 @@
 #include "app/verify_node_array.hpp"
 
 #include "hybmss/force_plan.hpp"
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 #include "reference/forces.hpp"
 #include "reference/spring_energy.hpp"
 #include "reference/stiffening.hpp"

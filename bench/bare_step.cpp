@@ -1,6 +1,6 @@
 #include "bench/bare_step.hpp"
 
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 
 namespace hybmss::bench {
 

@@ -5,7 +5,7 @@
 
 #include "calculix/program.hpp"
 #include "hybmss/equilibrium.hpp"
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 #include "solvers/block_jacobi.hpp"
 #include "solvers/conjugate_gradients.hpp"
 #include "solvers/multigrid.hpp"

@@ -1,6 +1,6 @@
 #include "distributed/motion.hpp"
 
-#include "plan/planned_body.hpp"
+#include "plan/tuning/planned_body.hpp"
 
 namespace hybmss::distributed {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "fuzz/fuzz_input.hpp"
 #include "hybmss/wisdom.hpp"
-#include "plan/wisdom_text.hpp"
+#include "plan/tuning/wisdom_text.hpp"
 
 #include <string>
 

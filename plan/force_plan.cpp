@@ -1,7 +1,7 @@
 #include "hybmss/force_plan.hpp"
 
-#include "plan/largest_eigenvalue.hpp"
-#include "plan/planned_body.hpp"
+#include "plan/bodies/largest_eigenvalue.hpp"
+#include "plan/tuning/planned_body.hpp"
 
 #include <cmath>
 #include <mutex>

@@ -4,7 +4,7 @@
 /// What a Simulation holds: the scene made concrete for one body.
 
 #include "hybmss/simulation.hpp"
-#include "plan/critical_time_step.hpp"
+#include "plan/bodies/critical_time_step.hpp"
 #include "simulation/cutting.hpp"
 #include "simulation/dynamics_state.hpp"
 #include "simulation/energy_meter.hpp"

@@ -1,7 +1,7 @@
 #include "hybmss/equilibrium.hpp"
 
-#include "plan/planned_body.hpp"
-#include "plan/spring_damping.hpp"
+#include "plan/tuning/planned_body.hpp"
+#include "dynamics/effects/spring_damping.hpp"
 #include "solvers/block_jacobi.hpp"
 #include "solvers/load_stepping.hpp"
 #include "solvers/multigrid.hpp"

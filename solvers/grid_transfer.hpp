@@ -1,6 +1,6 @@
 #pragma once
 
-#include "plan/workers.hpp"
+#include "plan/threads/workers.hpp"
 #include "solvers/padded_grid.hpp"
 
 namespace hybmss {

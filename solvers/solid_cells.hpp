@@ -2,7 +2,7 @@
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/network.hpp"
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 
 #include <array>
 #include <cstddef>

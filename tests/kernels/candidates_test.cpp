@@ -2,8 +2,8 @@
 
 #include "app/verify_tolerances.hpp"
 #include "hybmss/explicit_dynamics.hpp"
-#include "plan/candidates.hpp"
-#include "plan/planned_body.hpp"
+#include "plan/tuning/candidates.hpp"
+#include "plan/tuning/planned_body.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
 #include "tests/kernels/environment.hpp"

@@ -4,7 +4,7 @@
 /// Products and diagonals of plans in double, for tests.
 
 #include "hybmss/force_plan.hpp"
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 #include "tests/unit/random_bodies.hpp"
 
 #include <limits>

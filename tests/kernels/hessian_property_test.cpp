@@ -2,7 +2,7 @@
 
 #include "tests/kernels/hessian_plans.hpp"
 
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
 

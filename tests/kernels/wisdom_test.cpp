@@ -3,7 +3,7 @@
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/version.hpp"
 #include "hybmss/wisdom.hpp"
-#include "plan/wisdom_text.hpp"
+#include "plan/tuning/wisdom_text.hpp"
 #include "tests/unit/refusal.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Stages on threads: every piece once a round, in the order of the stages, whoever turns up.
 
-#include "plan/workers.hpp"
+#include "plan/threads/workers.hpp"
 
 #include <gtest/gtest.h>
 

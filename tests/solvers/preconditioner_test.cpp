@@ -1,6 +1,6 @@
 // Iterations of conjugate gradients for a random load on a clamped cube, and that multigrid copes with any body.
 #include "clamped_cube.hpp"
-#include "plan/body.hpp"
+#include "plan/bodies/body.hpp"
 #include "solvers/block_jacobi.hpp"
 #include "solvers/conjugate_gradients.hpp"
 #include "solvers/multigrid.hpp"

@@ -1,0 +1,104 @@
+#include "hybmss/batch.hpp"
+
+#include "plan/bodies/plan_description.hpp"
+#include "plan/threads/workers.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace hybmss {
+namespace {
+
+template <class T>
+void check(std::span<ExplicitDynamics<T>* const> bodies) {
+    std::vector<std::pair<ExplicitDynamics<T>*, std::size_t>> named;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        if (!bodies[i]) {
+            throw std::invalid_argument("bodies[" + std::to_string(i) + "] is null: it must point to a body");
+        }
+        named.emplace_back(bodies[i], i);
+    }
+    std::sort(named.begin(), named.end());
+    const auto twice =
+        std::adjacent_find(named.begin(), named.end(), [](const auto& a, const auto& b) { return a.first == b.first; });
+    if (twice != named.end()) {
+        throw std::invalid_argument("bodies[" + std::to_string((twice + 1)->second) + "] is bodies[" +
+                                    std::to_string(twice->second) + "] too: each must be named once");
+    }
+}
+
+template <class T>
+void check(const StepParameters& parameters) {
+    // For what it throws.
+    static_cast<void>(step_constants<T>(parameters, 1));
+}
+
+} // namespace
+
+template <class T>
+struct Batch<T>::Implementation {
+    Workers workers;
+
+    /// Calls step(i) for every body. What one of them throws (there may be no memory) is thrown again in the end.
+    template <class Step>
+    void run(std::size_t bodies, const Step& step) const {
+        std::vector<std::exception_ptr> thrown(bodies);
+        workers.run(bodies, [&](std::size_t i, std::size_t) {
+            try {
+                step(i);
+            } catch (...) {
+                thrown[i] = std::current_exception();
+            }
+        });
+        for (const std::exception_ptr& exception : thrown) {
+            if (exception) {
+                std::rethrow_exception(exception);
+            }
+        }
+    }
+};
+
+template <class T>
+Batch<T>::Batch(int threads)
+    : implementation_(std::make_unique<Implementation>(
+          Implementation{Workers(useful_threads(threads, std::numeric_limits<std::size_t>::max()))})) {}
+template <class T>
+Batch<T>::Batch(Batch&&) noexcept = default;
+template <class T>
+Batch<T>& Batch<T>::operator=(Batch&&) noexcept = default;
+template <class T>
+Batch<T>::~Batch() = default;
+
+template <class T>
+int Batch<T>::threads() const {
+    return implementation_->workers.threads();
+}
+
+template <class T>
+void Batch<T>::step(std::span<ExplicitDynamics<T>> bodies, const StepParameters& parameters, long count) {
+    check<T>(parameters);
+    implementation_->run(bodies.size(), [&](std::size_t i) { bodies[i].step(parameters, count); });
+}
+
+template <class T>
+void Batch<T>::step(std::span<ExplicitDynamics<T>* const> bodies, std::span<const StepParameters> parameters,
+                    long count) {
+    if (parameters.size() != bodies.size()) {
+        throw std::invalid_argument("parameters of " + std::to_string(parameters.size()) + " bodies given for " +
+                                    std::to_string(bodies.size()) + ": there must be as many of them");
+    }
+    check<T>(bodies);
+    for (const StepParameters& p : parameters) {
+        check<T>(p);
+    }
+    implementation_->run(bodies.size(), [&](std::size_t i) { bodies[i]->step(parameters[i], count); });
+}
+
+template class Batch<float>;
+template class Batch<double>;
+
+} // namespace hybmss

@@ -1,0 +1,65 @@
+#include "dynamics/effects/spring_damping.hpp"
+
+namespace hybmss {
+
+template <class T>
+std::size_t SpringDamping<T>::bytes() const {
+    return product_[0].bytes() + product_[1].bytes() + product_[2].bytes();
+}
+
+template <class T>
+void SpringDamping<T>::add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const {
+    NodeField<T> scratch;
+    add_damping_forces(body, state, state.velocity, seconds_, scratch, force);
+}
+
+template <class T>
+void SpringDamping<T>::add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+                                  std::vector<Stage>& stages) {
+    Body<T>::allocate_like(state.displacement, product_);
+    for (Stage& stage : body.spring_stages(state, {kernels::SpringLaw::damping}, &state.velocity, product_)) {
+        stages.push_back(std::move(stage));
+    }
+    const double factor = seconds_ * parameters.time_step;
+    if (!prescribed_.empty()) {
+        // What a kick takes out is its impulse p times the mean of the velocities before and after it, v - p/(2m). A
+        // prescribed component keeps its velocity, so there it is p v.
+        stages.push_back({1, [this, factor, unit = body.length_unit(),
+                              inverse_mass = body.inverse_masses().data()](std::size_t, std::size_t) {
+                              double twice = 0;
+                              for (const PrescribedComponent<T>& p : prescribed_) {
+                                  const Component<T> product = component(product_, static_cast<std::size_t>(p.axis));
+                                  const auto at = static_cast<std::ptrdiff_t>(p.index) * product.stride;
+                                  const double impulse = factor * static_cast<double>(product.first[at]);
+                                  twice += impulse * impulse * static_cast<double>(inverse_mass[at]);
+                              }
+                              dissipated_ += unit * twice / 2;
+                          }});
+    }
+    body.add_kick_stages(state.velocity, product_, factor, &dissipated_, stages);
+}
+
+template <class T>
+void add_damping_forces(const Body<T>& body, State<T>& state, const NodeField<T>& velocity, double seconds,
+                        NodeField<T>& product, NodeField<T>& force) {
+    Body<T>::allocate_like(state.displacement, product);
+    body.workers().run(body.spring_stages(state, {kernels::SpringLaw::damping}, &velocity, product), 1);
+    const T factor = static_cast<T>(seconds);
+    for (std::size_t c = 0; c < 3; ++c) {
+        T* const from = product[c].data();
+        T* const to = force[c].data();
+        for (std::size_t n = 0; n < product[c].size(); ++n) {
+            to[n] -= factor * from[n];
+            from[n] = 0;
+        }
+    }
+}
+
+template class SpringDamping<float>;
+template class SpringDamping<double>;
+template void add_damping_forces(const Body<float>&, State<float>&, const NodeField<float>&, double, NodeField<float>&,
+                                 NodeField<float>&);
+template void add_damping_forces(const Body<double>&, State<double>&, const NodeField<double>&, double,
+                                 NodeField<double>&, NodeField<double>&);
+
+} // namespace hybmss

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "plan/bodies/body.hpp"
+
+#include <string_view>
+
+namespace hybmss {
+
+/// A force f(u, v, t) beyond the body's own, gravity, mass damping and loads: one object for each effect that is called
+/// for, nothing at all for those that are not.
+///
+/// It acts before the step's sweep, as a kick of the velocities: v += dt f/m. The sweep's own force depends on u alone,
+/// and the step is linear in the sum of the forces, so that this is the step under that sum:
+///
+///     (v + dt f/m + dt (F/m + g)) / (1 + dt c)
+template <class T>
+class StepEffect {
+public:
+    virtual ~StepEffect() = default;
+
+    virtual std::string_view name() const = 0;
+    /// What it holds.
+    virtual std::size_t bytes() const = 0;
+    /// J stored in it at a state, 0 for an effect that only takes energy out.
+    virtual double energy(const Body<T>& body, State<T>& state) const = 0;
+    /// J taken out since it was made, up to a state. Negative where it put energy in.
+    virtual double dissipated(const Body<T>& body, State<T>& state) const = 0;
+    /// Adds its force at a state, N: that of the next step's kick.
+    virtual void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const = 0;
+    /// Replaces the components that are set after each step, whatever the effect does to them. The span outlives the
+    /// stages.
+    virtual void set_prescribed(std::span<const PrescribedComponent<T>>) {}
+    /// Replaces the loads. The span is not kept.
+    virtual void set_loaded(std::span<const LoadedComponent<T>>) {}
+    /// Appends what one step needs; the stages are run again for every step of a call. The body, the state and the
+    /// effect outlive them.
+    virtual void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+                            std::vector<Stage>& stages) = 0;
+    /// The state has been set from outside.
+    virtual void state_was_set() {}
+
+    /// All that later steps depend on besides the state: what a checkpoint keeps.
+    virtual std::vector<double> memory() const { return {}; }
+    /// How many numbers memory() gives.
+    virtual std::size_t memory_size() const { return 0; }
+    /// Takes over the memory of an effect made in the same way; memory_size() numbers.
+    virtual void set_memory(std::span<const double>) {}
+};
+
+} // namespace hybmss

@@ -1,0 +1,207 @@
+#pragma once
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/force_plan.hpp"
+#include "kernels/kernel_table.hpp"
+#include "layouts/aligned_array.hpp"
+#include "layouts/node_runs.hpp"
+#include "plan/bodies/critical_time_step.hpp"
+#include "plan/threads/workers.hpp"
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace hybmss {
+
+/// The three components of all nodes: an array each; or packed, x y z 0 a node, in [0] and nothing in [1] and [2].
+template <class T>
+using NodeField = AlignedArray<T>[3];
+
+/// One component of a node field: that of the node at index i is first[i * stride].
+template <class T>
+struct Component {
+    T* first;
+    std::ptrdiff_t stride;
+};
+/// `Field`: NodeField<T> or const NodeField<T>. Null where a body has no nodes.
+template <class Field>
+auto component(Field& field, std::size_t c) {
+    using T = std::remove_pointer_t<decltype(field[0].data())>;
+    if (field[0].size() == 0) {
+        return Component<T>{nullptr, 1};
+    }
+    return field[1].size() > 0 ? Component<T>{field[c].data(), 1} : Component<T>{field[0].data() + c, 4};
+}
+
+/// What changes while a body is used: one for every execution at a time.
+template <class T>
+struct State {
+    NodeField<T> displacement;            ///< in the body's length unit
+    NodeField<T> velocity;                ///< likewise, per s; empty unless the body moves
+    NodeField<T> force;                   ///< N; empty until forces are asked for
+    NodeField<T> direction;               ///< as displacements; empty until a Hessian product is asked for
+    NodeField<T> stiffening;              ///< N; empty unless the springs stiffen, zero between uses
+    std::vector<AlignedArray<T>> buffers; ///< the body's own
+
+    std::size_t bytes() const;
+};
+
+/// A prescribed component of a node: where it lies and what it is set to, in the body's units.
+template <class T>
+struct PrescribedComponent {
+    std::size_t index;
+    int axis;
+    T displacement;
+    T velocity;
+};
+
+/// A loaded component of a node: where it lies and what the load accelerates it by, in the body's units by s^2.
+template <class T>
+struct LoadedComponent {
+    std::size_t index;
+    int axis;
+    T acceleration;
+};
+
+/// A pass over all springs by a law of their own, beside or instead of their elasticity.
+template <class T>
+struct SpringPass {
+    kernels::SpringLaw law;
+    kernels::StiffeningConstants<T> stiffening = {}; ///< of the laws that stiffen
+};
+
+template <class T>
+class StepEffect;
+
+/// What a step does besides the body's own forces, gravity and damping. Not owned.
+template <class T>
+struct StepActions {
+    std::span<const std::unique_ptr<StepEffect<T>>> effects;
+    std::span<const PrescribedComponent<T>> prescribed;
+    std::span<const LoadedComponent<T>> loaded; ///< each component once
+};
+
+/// A node that has lost a cell: its number in the body, and its place x y z in the grid.
+struct CutNode {
+    std::uint32_t node;
+    std::array<std::size_t, 3> place;
+};
+
+/// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable but for cuts.
+template <class T>
+class Body {
+public:
+    virtual ~Body() = default;
+
+    std::size_t node_count() const { return masses().size(); }
+    virtual std::span<const double> masses() const = 0;
+    /// Where the nodes lie in a NodeField: runs of neighbours.
+    virtual std::span<const NodeRun> runs() const = 0;
+    /// For a body that renumbers its nodes: order()[i] is the node at index i, for every i < node_count(). Where it is
+    /// not empty, it holds and runs() does not.
+    virtual std::span<const std::uint32_t> order() const { return {}; }
+    virtual std::size_t index_of(std::size_t node) const = 0;
+    /// m by which displacements are divided inside.
+    virtual double length_unit() const = 0;
+    virtual const FrequencyBounds& frequencies() const = 0;
+    double critical_time_step() const { return frequencies().critical_time_step(); }
+    virtual PlanDescription describe() const = 0;
+
+    /// Whether take_over() is there.
+    virtual bool can_be_cut() const { return false; }
+    /// Stiffnesses and masses at the nodes become those of `cut`, which has lost `removed` cells, all at these nodes.
+    /// In time proportional to the nodes named. Nodes keep their numbers and places; one without any cell has no mass.
+    /// Nothing may run on the body meanwhile.
+    virtual void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed);
+
+    virtual State<T> make_state(bool moving) const = 0;
+    /// Sets state.force.
+    virtual void compute_forces(State<T>& state) const = 0;
+    virtual PotentialEnergy energy(State<T>& state) const = 0;
+    /// product = K p in N, where K = d^2 W / du^2 (N/m) at state.displacement and p is `direction`, in the body's
+    /// length unit like displacements. What lies between and behind the nodes in `direction` must be zero, and is zero
+    /// in `product`, so that sums over whole arrays are sums over the nodes. Makes `product`'s arrays where they are
+    /// empty; it must not be `direction`.
+    virtual void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const = 0;
+    /// The symmetric 3x3 blocks on K's diagonal, of the operator that hessian_product applies: in N per length unit of
+    /// the body. Sets blocks[e][index of the node] for the entries e = xx, yy, zz, xy, xz, yz; zero between and behind
+    /// the nodes. Makes the arrays where they are empty.
+    virtual void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const = 0;
+    /// Adds to `product` what the law makes of `direction` (see kernels::SpringLaw; null for `stiffening`): in N by the
+    /// unit of the direction per length unit of the body. `product` must have the size of the displacements and be
+    /// zero. The fields must outlive the stages.
+    virtual std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
+                                             NodeField<T>& product) const = 0;
+    /// Sets the blocks on the diagonal of a law's operator, as hessian_diagonal does; not for `stiffening`.
+    virtual void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const = 0;
+    /// J that the springs store beyond 1/2 k (|d| - l)^2 with these constants.
+    virtual double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const = 0;
+    /// 1 / (m length unit), by places as in a component of a node field, or packed with a zero as the fourth.
+    virtual const AlignedArray<T>& inverse_masses() const = 0;
+    virtual const kernels::KernelTable<T>& kernel_table() const = 0;
+    /// velocity -= time_step * product / m, product = 0. Where `taken` is not null, *taken += the kinetic
+    /// energy (J) that this takes out. The fields must outlive the stages.
+    void add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, double time_step, double* taken,
+                         std::vector<Stage>& stages) const;
+    /// One step by the body's own forces, gravity and damping. The state must outlive the stages.
+    virtual std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const = 0;
+    /// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components.
+    void step(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions, long count) const;
+
+    /// field = factor * in, at the body's nodes.
+    void write(VectorField<const T> in, double factor, NodeField<T>& field) const;
+    /// out = factor * field.
+    void read(const NodeField<T>& field, double factor, VectorField<T> out) const;
+    /// out += field.
+    void add(const NodeField<T>& field, VectorField<T> out) const;
+    /// out[6 n + e] = factor * blocks[e] of node n.
+    void read_blocks(const AlignedArray<T> (&blocks)[6], double factor, std::span<T> out) const;
+    double kinetic_energy(const State<T>& state) const;
+    const Workers& workers() const { return workers_; }
+    /// Makes the arrays of `field` as long as those of `like`, and zero, where they are not.
+    static void allocate_like(const NodeField<T>& like, NodeField<T>& field);
+    /// Arrays of `size` zeros for a diagonal's blocks.
+    static void clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]);
+    static void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
+    /// Appends what acts on single nodes to the stages of a step. A load adds its part to the integrated motion, which
+    /// is linear in the force: v += dt/(1 + dt c) f/m, u += dt of that. The spans and the state must outlive the
+    /// stages.
+    static void add_action_stages(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
+                                  std::vector<Stage>& stages);
+
+protected:
+    explicit Body(Workers workers) : workers_(std::move(workers)) {}
+
+private:
+    void check_size(std::size_t size) const;
+    /// Calls visit(run) for all runs, several at a time.
+    template <class Visit>
+    void for_each_run(const Visit& visit) const;
+    /// Calls move(caller's component, body's component) for all nodes and components.
+    template <class Outer, class Inner, class Move>
+    void for_each_component(Outer* const (&outer)[3], std::ptrdiff_t outer_stride, const Component<Inner> (&inner)[3],
+                            const Move& move) const;
+
+    Workers workers_;
+};
+
+/// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one.
+std::vector<std::string> distinct_lattice_layouts();
+
+/// The layout that a lattice gets where nothing is timed: active-rows where at most half of the cells are filled and
+/// rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else flat-rows. The same on every machine.
+std::string estimated_layout(const Lattice& lattice);
+
+template <class T>
+std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options);
+template <class T>
+std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& options);
+
+extern template class Body<float>;
+extern template class Body<double>;
+
+} // namespace hybmss

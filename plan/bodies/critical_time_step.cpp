@@ -1,0 +1,120 @@
+#include "plan/bodies/critical_time_step.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace hybmss {
+namespace {
+
+using Matrix24 = Eigen::Matrix<double, 24, 24>;
+using Eigen::Vector3d;
+
+Vector3d corner_position(int corner) {
+    return {static_cast<double>(corner & 1), static_cast<double>(corner >> 1 & 1), static_cast<double>(corner >> 2)};
+}
+
+struct CellStiffness {
+    Matrix24 body = Matrix24::Zero(), springs = Matrix24::Zero();
+};
+
+/// The stiffness matrix at rest of one cell with its shares of the springs: k n n^T for each, and
+/// kappa/V0 (dV'/dx)(dV'/dx)^T, dV'/dx_i = h^2/4 (+-1, +-1, +-1).
+CellStiffness cell_stiffness(const Material& material, double h) {
+    const SpringConstants constants = spring_constants(material, h);
+    CellStiffness cell;
+    Matrix24& stiffness = cell.springs;
+    Eigen::Matrix<double, 24, 1> gradient;
+    for (int a = 0; a < 8; ++a) {
+        gradient.segment<3>(3 * a) = h * h / 4 * (2 * corner_position(a) - Vector3d::Ones());
+        for (int b = a + 1; b < 8; ++b) {
+            const Vector3d r = corner_position(b) - corner_position(a);
+            const double length2 = r.squaredNorm();
+            const double k = length2 == 1   ? constants.edge / 4
+                             : length2 == 2 ? constants.face_diagonal / 2
+                                            : constants.cube_diagonal;
+            const Eigen::Matrix3d block = k / length2 * r * r.transpose();
+            stiffness.block<3, 3>(3 * a, 3 * a) += block;
+            stiffness.block<3, 3>(3 * b, 3 * b) += block;
+            stiffness.block<3, 3>(3 * a, 3 * b) -= block;
+            stiffness.block<3, 3>(3 * b, 3 * a) -= block;
+        }
+    }
+    cell.body = stiffness;
+    if (resolved_volume_energy(material) != VolumeEnergy::none) {
+        cell.body += volume_modulus(material) / (h * h * h) * gradient * gradient.transpose();
+    }
+    return cell;
+}
+
+double largest_eigenvalue(const Matrix24& matrix) {
+    return Eigen::SelfAdjointEigenSolver<Matrix24>(matrix, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
+} // namespace
+
+FrequencyBounds FrequencyBounds::with(std::span<const Obstacle> obstacles) const {
+    const double automatic = body / 4; // 1/dt^2, dt = 2/omega
+    FrequencyBounds among = *this;
+    for (const Obstacle& obstacle : obstacles) {
+        among.body += obstacle.stiffness > 0 ? obstacle.stiffness : automatic;
+    }
+    return among;
+}
+
+// dt = (-beta s + sqrt((beta s)^2 + 4 o)) / o for o dt^2 + 2 beta s dt = 4, without cancellation
+double FrequencyBounds::critical_time_step(double stiffness_damping, double stiffening) const {
+    const double omega2 = body + (stiffening - 1) * springs, damping = stiffness_damping * springs;
+    const double inverse = damping + std::sqrt(damping * damping + 4 * omega2);
+    return inverse > 0 ? 4 / inverse : std::numeric_limits<double>::infinity();
+}
+
+FrequencyBounds lattice_frequencies(const Lattice& lattice, const Material& material) {
+    const double h = lattice.cell_size();
+    const CellStiffness cell = cell_stiffness(material, h);
+    const auto scales = lattice.cell_scales();
+    const double largest_scale = static_cast<double>(*std::max_element(scales.begin(), scales.end()));
+    const double by_mass = largest_scale / (material.density * h * h * h / 8);
+    return {by_mass * largest_eigenvalue(cell.body), by_mass * largest_eigenvalue(cell.springs)};
+}
+
+FrequencyBounds network_frequencies(const Network& network) {
+    std::vector<double> row_sum(network.masses.size(), 0.0);
+    for (const Network::Spring& s : network.springs) {
+        row_sum[static_cast<std::size_t>(s.a)] += 2 * s.stiffness;
+        row_sum[static_cast<std::size_t>(s.b)] += 2 * s.stiffness;
+    }
+    const std::vector<double> spring_sum = row_sum;
+    for (const Network::Cell& cell : network.cells) {
+        Eigen::Matrix3d edges = Eigen::Matrix3d::Zero();
+        for (int corner = 0; corner < 8; ++corner) {
+            const auto node = static_cast<std::size_t>(cell.nodes[static_cast<std::size_t>(corner)]);
+            const Vector3d x(network.rest_positions[node].data());
+            edges += x * ((2 * corner_position(corner) - Vector3d::Ones()) / 4).transpose();
+        }
+        const Vector3d a = edges.col(0), b = edges.col(1), c = edges.col(2);
+        const double volume = a.dot(b.cross(c));
+        double sum = 0;
+        double norm[8];
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vector3d sign = 2 * corner_position(corner) - Vector3d::Ones();
+            norm[corner] = (sign[0] * b.cross(c) + sign[1] * c.cross(a) + sign[2] * a.cross(b)).norm() / 4;
+            sum += norm[corner];
+        }
+        for (int corner = 0; corner < 8; ++corner) {
+            const auto node = static_cast<std::size_t>(cell.nodes[static_cast<std::size_t>(corner)]);
+            row_sum[node] += std::abs(cell.kappa) / volume * norm[corner] * sum;
+        }
+    }
+    FrequencyBounds largest;
+    for (std::size_t n = 0; n < row_sum.size(); ++n) {
+        largest.body = std::max(largest.body, row_sum[n] / network.masses[n]);
+        largest.springs = std::max(largest.springs, spring_sum[n] / network.masses[n]);
+    }
+    return largest;
+}
+
+} // namespace hybmss

@@ -1,0 +1,282 @@
+#include "plan/bodies/lattice_body.hpp"
+
+#include "layouts/lattice/active_rows.hpp"
+#include "layouts/lattice/flat_rows.hpp"
+#include "plan/bodies/critical_time_step.hpp"
+#include "plan/bodies/lattice_energy.hpp"
+#include "plan/bodies/plan_description.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace hybmss {
+
+using kernels::Finish;
+using kernels::StepConstants;
+
+namespace {
+
+/// Slabs of at least three layers, at most sixteen of them: a join costs about a tenth of a layer, and what crosses
+/// from core to core far more; so no more of them either than threads that are of use, but two where there are layers
+/// enough. A power of two, so that two, four and eight threads get equal shares: of the lanes that the layers sweep, as
+/// near as layers allow.
+///
+/// Where the size of a tile is given, as many as come nearest to it.
+template <class T>
+std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t grid_nodes,
+                                           std::size_t tile_nodes) {
+    const std::size_t layers = layout.planes - 1;
+    const std::size_t nodes = layout.neighbors.empty() ? grid_nodes : layout.size(); // that are swept
+    const std::size_t of_use = std::clamp<std::size_t>(1 + nodes / kNodesPerThread, 2, 16);
+    const std::size_t slabs = tile_nodes ? std::clamp<std::size_t>((nodes + tile_nodes / 2) / tile_nodes, 1, layers)
+                                         : std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
+    const std::size_t all = layout.begin[layers] - layout.begin[0];
+    std::vector<std::size_t> begin = {0};
+    for (std::size_t s = 1; s < slabs; ++s) {
+        const auto share =
+            std::upper_bound(layout.begin.begin(), layout.begin.end(), layout.begin[0] + all * s / slabs);
+        const auto layer = static_cast<std::size_t>(share - layout.begin.begin()) - 1;
+        begin.push_back(std::clamp(layer, begin.back() + 1, layers - (slabs - s)));
+    }
+    begin.push_back(layers);
+    return begin;
+}
+
+template <class T>
+void point_to(T* (&pointers)[3], AlignedArray<T>* arrays, const std::array<std::size_t, 3>& axes, std::size_t offset) {
+    for (std::size_t c = 0; c < 3; ++c) {
+        pointers[c] = arrays[axes[c]].data() + offset;
+    }
+}
+
+/// Buffers have the layout's own components.
+template <class T>
+void point_to(T* (&pointers)[3], AlignedArray<T>* arrays) {
+    point_to(pointers, arrays, {0, 1, 2}, 0);
+}
+
+} // namespace
+
+template <class T>
+LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
+                            const std::string& layout)
+    : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count(), options.task_runner),
+                      options.task_runner)),
+      name_(layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+      kernels_(layout == kActiveRows ? table_->active : table_->lattice),
+      layout_(layout == kActiveRows
+                  ? active_rows<T>(lattice, material, kernels_->width)
+                  : flat_rows<T>(lattice, material, layout == kGatherRows ? Ghosts::planes : Ghosts::none)),
+      material_(material), face_diagonals_(material.face_diagonal_ratio > 0),
+      volume_(kernel_volume(resolved_volume_energy(material))), accuracy_(options.accuracy),
+      slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.tile_nodes)),
+      split_(options.integration == Integration::split || layout == kGatherRows),
+      frequencies_(lattice_frequencies(lattice, material)), springs_(lattice.merged_springs(face_diagonals_).total()),
+      cells_(lattice.cell_count()) {}
+
+template <class T>
+State<T> LatticeBody<T>::make_state(bool moving) const {
+    State<T> state;
+    for (std::size_t c = 0; c < 3; ++c) {
+        state.displacement[c] = AlignedArray<T>(layout_.size());
+        if (moving) {
+            state.velocity[c] = AlignedArray<T>(layout_.size());
+        }
+    }
+    // Three components each: the upper and the lower sum at every join, and two planes a worker that take turns.
+    const std::size_t joins = slabs() - 1;
+    const std::size_t count = 6 * joins + 6 * static_cast<std::size_t>(this->workers().threads());
+    for (std::size_t b = 0; b < count; ++b) {
+        state.buffers.emplace_back(layout_.plane);
+    }
+    if (moving && split_) {
+        allocate_forces(state);
+    }
+    return state;
+}
+
+template <class T>
+auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
+    Layer layer{};
+    const std::size_t offset = layout_.begin[k];
+    layer.row = static_cast<std::ptrdiff_t>(layout_.row);
+    layer.lanes = static_cast<std::ptrdiff_t>(layout_.lanes[k]);
+    layer.cell_lanes = static_cast<std::ptrdiff_t>(layout_.cell_lanes);
+    layer.plane = static_cast<std::ptrdiff_t>(layout_.begin[k + 1] - offset);
+    if (!layout_.neighbors.empty()) {
+        // One a vector, but none for the void one of each plane.
+        layer.neighbors = layout_.neighbors.data() + offset / layout_.width - k;
+        layer.upper_lanes = static_cast<std::ptrdiff_t>(k + 1 < layout_.planes ? layout_.lanes[k + 1] : 0);
+    }
+    // Fields hold the body's components; the kernels' follow the layout's axes.
+    for (std::size_t c = 0; c < 3; ++c) {
+        auto& displacement = state.displacement[layout_.axes[c]];
+        auto& velocity = state.velocity[layout_.axes[c]];
+        layer.displacement[c] = displacement.data() + offset;
+        layer.velocity[c] = velocity.size() ? velocity.data() + offset : nullptr;
+    }
+    layer.inverse_mass = layout_.inverse_mass.data() + offset;
+    for (std::size_t kind = 0; kind < 7; ++kind) {
+        // Kernels without face diagonals never look at theirs, which then are not there: any address will do.
+        const std::size_t held = layout_.stiffness[kind].size() > 0 ? kind : 0;
+        layer.stiffness[kind] = layout_.stiffness[held].data() + layout_.stiffness_begin[k];
+    }
+    layer.volume_ratio = layout_.volume_ratio;
+    return layer;
+}
+
+template <class T>
+void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, Finish finish,
+                                const StepConstants<T>& step, Meetings& meetings) const {
+    const std::size_t first = slab_begin_[slab], end = slab_begin_[slab + 1];
+    const bool lowest = slab == 0, highest = slab + 1 == slabs();
+    AlignedArray<T>* const joins = state.buffers.data();
+    AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
+    const auto& layers = kernels_->layer[face_diagonals_][static_cast<int>(volume_)][static_cast<int>(accuracy_)];
+    const auto& tops = kernels_->top[face_diagonals_][static_cast<int>(accuracy_)];
+
+    Layer layer = layer_at(state, first);
+    layer.step = step;
+    if (finish == Finish::store) {
+        point_to(layer.partial, state.force, layout_.axes, layout_.begin[first]);
+    } else if (lowest) {
+        point_to(layer.partial, own);
+    } else {
+        point_to(layer.partial, joins + 6 * (slab - 1));
+    }
+    for (T* partial : layer.partial) {
+        std::fill_n(partial, layout_.begin[first + 1] - layout_.begin[first], T(0));
+    }
+    for (std::size_t k = first; k < end; ++k) {
+        if (k + 1 == end && !highest) {
+            point_to(layer.above, joins + 6 * slab + 3);
+        } else if (finish == Finish::store) {
+            point_to(layer.above, state.force, layout_.axes, layout_.begin[k + 1]);
+        } else {
+            point_to(layer.above, own + 3 * ((k + 1 - first) % 2));
+        }
+        const bool joined = k == first && !lowest;
+        layers[static_cast<int>(joined ? Finish::store : finish)](layer);
+        if (joined && meetings.second_at(slab - 1)) {
+            join(state, slab - 1, finish, step);
+        }
+
+        Layer next = layer_at(state, k + 1);
+        next.step = step;
+        std::copy_n(layer.above, 3, next.partial);
+        layer = next;
+    }
+    if (highest) {
+        tops[static_cast<int>(finish)](layer);
+    } else if (meetings.second_at(slab)) {
+        join(state, slab, finish, step);
+    }
+}
+
+template <class T>
+void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, const StepConstants<T>& step) const {
+    Layer layer = layer_at(state, slab_begin_[join + 1]);
+    layer.step = step;
+    if (finish == Finish::store) {
+        point_to(layer.partial, state.force, layout_.axes, layout_.begin[slab_begin_[join + 1]]);
+    } else {
+        point_to(layer.partial, state.buffers.data() + 6 * join);
+    }
+    point_to(layer.above, state.buffers.data() + 6 * join + 3);
+    kernels_->join[static_cast<int>(finish)](layer);
+}
+
+template <class T>
+std::vector<Stage> LatticeBody<T>::sweep(State<T>& state, Finish finish, const StepConstants<T>& step) const {
+    const auto meetings = std::make_shared<Meetings>(slabs() - 1);
+    return {{slabs(), [this, &state, step, finish, meetings](std::size_t slab, std::size_t worker) {
+                 sweep_slab(state, slab, worker, finish, step, *meetings);
+             }}};
+}
+
+template <class T>
+void LatticeBody<T>::allocate_forces(State<T>& state) const {
+    for (auto& force : state.force) {
+        if (force.size() == 0) {
+            force = AlignedArray<T>(layout_.size());
+        }
+    }
+}
+
+template <class T>
+void LatticeBody<T>::compute_forces(State<T>& state) const {
+    allocate_forces(state);
+    const StepConstants<T> none{};
+    this->workers().run(sweep(state, Finish::store, none), 1);
+}
+
+template <class T>
+PotentialEnergy LatticeBody<T>::energy(State<T>& state) const {
+    const auto& kernel = kernels_->energy[face_diagonals_][static_cast<int>(volume_)];
+    std::vector<kernels::LayerEnergy> layers(layout_.planes);
+    this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
+        layers[k] = kernel[k + 1 == layout_.planes](layer_at(state, k));
+    });
+    return sum_of_layers(layers, layout_.cell_size);
+}
+
+template <class T>
+StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& parameters) const {
+    StepParameters along_axes = parameters;
+    for (std::size_t c = 0; c < 3; ++c) {
+        along_axes.acceleration[c] = parameters.acceleration[layout_.axes[c]];
+    }
+    return step_constants<T>(along_axes, layout_.cell_size);
+}
+
+template <class T>
+auto LatticeBody<T>::plane_at(State<T>& state, std::size_t k) const -> Layer {
+    Layer plane = layer_at(state, k);
+    point_to(plane.partial, state.force, layout_.axes, layout_.begin[k]);
+    return plane;
+}
+
+template <class T>
+Stage LatticeBody<T>::integration(State<T>& state, const StepParameters& parameters) const {
+    const StepConstants<T> constants = constants_along_axes(parameters);
+    const auto integrate = table_->gather->integrate[is_driven(parameters)];
+    return {layout_.planes, [this, &state, constants, integrate](std::size_t k, std::size_t) {
+                Layer plane = plane_at(state, k);
+                plane.step = constants;
+                integrate(plane);
+            }};
+}
+
+template <class T>
+std::vector<Stage> LatticeBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
+    if (split_) {
+        std::vector<Stage> stages = sweep(state, Finish::store, {});
+        stages.push_back(integration(state, parameters));
+        return stages;
+    }
+    const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
+    return sweep(state, finish, constants_along_axes(parameters));
+}
+
+template <class T>
+PlanDescription LatticeBody<T>::describe() const {
+    PlanDescription d;
+    d.instruction_set = table_->instruction_set;
+    d.layout = name_;
+    d.kernel =
+        (name_ == kActiveRows ? "active_layer" : "lattice_layer") + kernel_variant(face_diagonals_, volume_, accuracy_);
+    d.precision = precision_name<T>();
+    d.threads = this->workers().threads();
+    d.nodes = layout_.masses.size();
+    d.springs = springs_;
+    d.cells = cells_;
+    d.bytes = layout_.bytes();
+    d.tiles = slabs();
+    d.integration = split_ ? Integration::split : Integration::fused;
+    return d;
+}
+
+template class LatticeBody<float>;
+template class LatticeBody<double>;
+
+} // namespace hybmss

@@ -1,0 +1,116 @@
+#pragma once
+
+#include "kernels/kernel_table.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
+#include "plan/bodies/body.hpp"
+#include "plan/threads/meetings.hpp"
+
+#include <array>
+#include <string>
+#include <type_traits>
+
+namespace hybmss {
+
+inline constexpr const char* kFlatRows = "flat-rows";
+inline constexpr const char* kActiveRows = "active-rows";
+inline constexpr const char* kGatherRows = "gather-rows"; ///< flat rows between ghost planes; see GatherBody
+
+/// A lattice in the layout flat-rows or active-rows, swept layer by layer.
+///
+/// The layers of cells are divided into slabs, by the body alone, so that results do not depend on the threads. Slabs
+/// meet in a plane of nodes, where each leaves what it adds in a buffer of its own. Whoever of the two comes second
+/// joins the sums, always in the same order, and finishes the plane.
+template <class T>
+class LatticeBody : public Body<T> {
+public:
+    /// `layout`: one of the names above.
+    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
+                const std::string& layout);
+
+    std::span<const double> masses() const override { return layout_.masses; }
+    std::span<const NodeRun> runs() const override { return layout_.runs; }
+    std::size_t index_of(std::size_t node) const override { return index_in(layout_.runs, node); }
+    double length_unit() const override { return layout_.cell_size; }
+    const FrequencyBounds& frequencies() const override { return frequencies_; }
+    PlanDescription describe() const override;
+    bool can_be_cut() const override { return true; }
+    void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) override;
+
+    State<T> make_state(bool moving) const override;
+    void compute_forces(State<T>& state) const override;
+    PotentialEnergy energy(State<T>& state) const override;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
+    std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
+                                     NodeField<T>& product) const override;
+    void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
+    double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
+    const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
+    const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
+    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
+
+protected:
+    using Layer = kernels::LatticeLayer<T>;
+
+    const kernels::KernelTable<T>& table() const { return *table_; }
+    const LatticeArrays<T>& layout() const { return layout_; }
+    bool face_diagonals() const { return face_diagonals_; }
+    kernels::Volume volume() const { return volume_; }
+    Accuracy accuracy() const { return accuracy_; }
+    /// The layer of cells above node plane k, without the arrays for forces.
+    Layer layer_at(State<T>& state, std::size_t k) const;
+    /// Node plane k with its forces in `partial`.
+    Layer plane_at(State<T>& state, std::size_t k) const;
+    void allocate_forces(State<T>& state) const;
+    /// Integrates all nodes by the forces in the state.
+    Stage integration(State<T>& state, const StepParameters& parameters) const;
+    kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
+
+private:
+    /// Springs whose first node, or whose cell's low corner, lies at `index`.
+    std::size_t springs_from(std::size_t index) const;
+    std::size_t slabs() const { return slab_begin_.size() - 1; }
+    /// Finishes the plane where slabs `join` and `join` + 1 meet.
+    void join(State<T>& state, std::size_t join, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
+    /// The slabs, and what joins them. The state must outlive the stages.
+    std::vector<Stage> sweep(State<T>& state, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
+    void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
+                    const kernels::StepConstants<T>& step, Meetings& meetings) const;
+
+    /// What a sweep of second derivatives, or by another law of the springs, is made with.
+    struct HessianSweep {
+        const kernels::LatticeHessianKernels<T>* kernels;
+        kernels::Volume volume;
+        kernels::StiffeningConstants<T> stiffening;
+    };
+    HessianSweep elastic() const { return {table_->lattice_hessian, volume_, {}}; }
+    HessianSweep sweep_of(const SpringPass<T>& pass) const;
+    /// Layer k without the arrays for sums; `direction`: null where none is needed.
+    template <int components>
+    kernels::LatticeHessianLayer<T, components> hessian_layer(State<T>& state, std::size_t k,
+                                                              const NodeField<T>* direction) const;
+    /// `sums`: the arrays that the sweep sets. The state and the fields must outlive the stages.
+    template <int components>
+    std::vector<Stage> hessian_stages(State<T>& state, const kernels::LatticeHessianSweep<T, components>& kernels,
+                                      const HessianSweep& sweep, const NodeField<T>* direction,
+                                      const std::type_identity_t<std::array<T*, components>>& sums) const;
+    void run_diagonal(State<T>& state, const HessianSweep& sweep, AlignedArray<T> (&blocks)[6]) const;
+
+    std::string name_; ///< of the layout
+    const kernels::KernelTable<T>* table_;
+    const kernels::LatticeKernels<T>* kernels_;
+    LatticeArrays<T> layout_;
+    Material material_;
+    bool face_diagonals_;
+    kernels::Volume volume_;
+    Accuracy accuracy_;
+    std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
+    bool split_;                          ///< whether nodes are integrated in a pass of its own
+    FrequencyBounds frequencies_;
+    std::size_t springs_, cells_;
+};
+
+extern template class LatticeBody<float>;
+extern template class LatticeBody<double>;
+
+} // namespace hybmss

@@ -1,0 +1,296 @@
+#include "plan/bodies/network_body.hpp"
+
+#include "plan/bodies/critical_time_step.hpp"
+#include "plan/bodies/plan_description.hpp"
+
+#include <algorithm>
+
+namespace hybmss {
+namespace {
+
+/// visit(begin, end) on pieces of [begin, end), which do not depend on the threads.
+template <class Visit>
+Stage in_pieces(std::size_t begin, std::size_t end, Visit visit) {
+    constexpr std::size_t kPiece = 128 * kPadding;
+    return {(end - begin + kPiece - 1) / kPiece, [begin, end, visit](std::size_t i, std::size_t) {
+                const std::size_t from = begin + i * kPiece;
+                visit(static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(std::min(from + kPiece, end)));
+            }};
+}
+
+/// visit(begin, end) on pieces of every colour, a stage a colour.
+template <class Visit>
+void append_colors(const std::vector<std::size_t>& color_begin, const Visit& visit, std::vector<Stage>& stages) {
+    for (std::size_t color = 0; color + 1 < color_begin.size(); ++color) {
+        stages.push_back(in_pieces(color_begin[color], color_begin[color + 1], visit));
+    }
+}
+
+} // namespace
+
+template <class T>
+NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
+    : Body<T>(
+          Workers(useful_threads(options.threads, network.masses.size(), options.task_runner), options.task_runner)),
+      layout_(network), run_{0, 0, layout_.node_count},
+      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
+      accuracy_(options.accuracy), frequencies_(network_frequencies(network)) {}
+
+template <class T>
+State<T> NetworkBody<T>::make_state(bool moving) const {
+    State<T> state;
+    for (std::size_t c = 0; c < 3; ++c) {
+        state.displacement[c] = AlignedArray<T>(layout_.size());
+        if (moving) {
+            state.velocity[c] = AlignedArray<T>(layout_.size());
+        }
+    }
+    return state;
+}
+
+template <class T>
+kernels::NetworkSprings<T> NetworkBody<T>::spring_arrays() const {
+    const auto& s = layout_.springs;
+    return {s.a.data(),
+            s.b.data(),
+            {s.rest[0].data(), s.rest[1].data(), s.rest[2].data()},
+            s.stiffness.data(),
+            s.inverse_length2.data()};
+}
+
+template <class T>
+kernels::NetworkCells<T> NetworkBody<T>::cell_arrays() const {
+    const auto& c = layout_.cells;
+    kernels::NetworkCells<T> cells{};
+    for (std::size_t i = 0; i < 8; ++i) {
+        cells.node[i] = c.node[i].data();
+    }
+    for (std::size_t i = 0; i < 9; ++i) {
+        cells.rest_edge[i] = c.rest_edge[i].data();
+    }
+    cells.kappa = c.kappa.data();
+    cells.inverse_volume = c.inverse_volume.data();
+    return cells;
+}
+
+template <class T>
+kernels::NodeArrays<T> NetworkBody<T>::node_arrays(State<T>& state) const {
+    kernels::NodeArrays<T> nodes{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.displacement[c] = state.displacement[c].data();
+        nodes.velocity[c] = state.velocity[c].data();
+        nodes.force[c] = state.force[c].data();
+    }
+    nodes.inverse_mass = layout_.inverse_mass.data();
+    return nodes;
+}
+
+template <class T>
+template <class Visit>
+double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) const {
+    constexpr std::size_t kPiece = 128 * kPadding;
+    std::vector<double> sums((size + kPiece - 1) / kPiece);
+    this->workers().run(sums.size(), [&](std::size_t i, std::size_t) {
+        sums[i] = visit(static_cast<std::ptrdiff_t>(i * kPiece),
+                        static_cast<std::ptrdiff_t>(std::min((i + 1) * kPiece, size)));
+    });
+    double sum = 0;
+    for (double s : sums) {
+        sum += s;
+    }
+    return sum;
+}
+
+template <class T>
+std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
+    std::vector<Stage> stages;
+    append_colors(
+        layout_.springs.color_begin,
+        [kernel = table_->soa->springs[static_cast<int>(accuracy_)], springs = spring_arrays(),
+         nodes](auto begin, auto end) { kernel(springs, nodes, begin, end); },
+        stages);
+    if (const auto kernel = table_->soa->cells[static_cast<int>(volume_)]) {
+        append_colors(
+            layout_.cells.color_begin,
+            [kernel, cells = cell_arrays(), nodes](auto begin, auto end) { kernel(cells, nodes, begin, end); }, stages);
+    }
+    return stages;
+}
+
+template <class T>
+void NetworkBody<T>::allocate_forces(State<T>& state) const {
+    for (auto& force : state.force) {
+        if (force.size() == 0) {
+            force = AlignedArray<T>(layout_.size());
+        } else {
+            std::fill_n(force.data(), force.size(), T(0));
+        }
+    }
+}
+
+template <class T>
+void NetworkBody<T>::compute_forces(State<T>& state) const {
+    allocate_forces(state);
+    this->workers().run(accumulate(node_arrays(state)), 1);
+}
+
+template <class T>
+PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
+    const auto nodes = node_arrays(state);
+    const auto springs = spring_arrays();
+    PotentialEnergy energy;
+    energy.springs = sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        return table_->soa->spring_energy(springs, nodes, begin, end);
+    });
+    if (volume_ != kernels::Volume::none) {
+        const auto cells = cell_arrays();
+        energy.volume =
+            sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+                return table_->soa->cell_energy[static_cast<int>(volume_)](cells, nodes, begin, end);
+            });
+    }
+    return energy;
+}
+
+template <class T>
+kernels::HessianArrays<T> NetworkBody<T>::hessian_arrays(const State<T>& state) const {
+    kernels::HessianArrays<T> nodes{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.displacement[c] = state.displacement[c].data();
+    }
+    return nodes;
+}
+
+template <class T>
+std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
+                                                  const SpringPass<T>& pass, const NodeField<T>* direction,
+                                                  NodeField<T>& product) const {
+    auto nodes = hessian_arrays(state);
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.direction[c] = direction ? (*direction)[c].data() : nullptr;
+        nodes.product[c] = product[c].data();
+    }
+    nodes.stiffening = pass.stiffening;
+    std::vector<Stage> stages;
+    append_colors(
+        layout_.springs.color_begin,
+        [spring_product = kernels.spring_product[kernels::tangent_index(accuracy_)], springs = spring_arrays(),
+         nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
+        stages);
+    if (const auto cell_product = kernels.cell_product[static_cast<int>(volume_)]) {
+        append_colors(
+            layout_.cells.color_begin,
+            [cell_product, cells = cell_arrays(), nodes](auto begin, auto end) {
+                cell_product(cells, nodes, begin, end);
+            },
+            stages);
+    }
+    return stages;
+}
+
+template <class T>
+void NetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+    this->allocate_like(state.displacement, product);
+    for (auto& component : product) {
+        std::fill_n(component.data(), component.size(), T(0));
+    }
+    const SpringPass<T> elastic{kernels::SpringLaw::elastic};
+    this->workers().run(product_stages(state, *table_->soa_hessian, elastic, &direction, product), 1);
+}
+
+template <class T>
+std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
+                                                 const NodeField<T>* direction, NodeField<T>& product) const {
+    return product_stages(state, table_->network_effects->soa[kernels::effect_index(pass.law)], pass, direction,
+                          product);
+}
+
+template <class T>
+void NetworkBody<T>::run_diagonal(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
+                                  const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
+    this->clear_blocks(layout_.size(), blocks);
+    const auto nodes = hessian_arrays(state);
+    kernels::DiagonalBlocks<T> sums{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        sums.entry[e] = blocks[e].data();
+    }
+    sums.stiffening = pass.stiffening;
+    std::vector<Stage> stages;
+    const auto springs = spring_arrays();
+    append_colors(
+        layout_.springs.color_begin,
+        [&](auto begin, auto end) {
+            kernels.spring_diagonal[kernels::tangent_index(accuracy_)](springs, nodes, sums, begin, end);
+        },
+        stages);
+    if (const auto cell_diagonal = kernels.cell_diagonal[static_cast<int>(volume_)]) {
+        append_colors(
+            layout_.cells.color_begin,
+            [cell_diagonal, cells = cell_arrays(), nodes, sums](auto begin, auto end) {
+                cell_diagonal(cells, nodes, sums, begin, end);
+            },
+            stages);
+    }
+    this->workers().run(stages, 1);
+}
+
+template <class T>
+void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, *table_->soa_hessian, {kernels::SpringLaw::elastic}, blocks);
+}
+
+template <class T>
+void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, table_->network_effects->soa[kernels::effect_index(pass.law)], pass, blocks);
+}
+
+template <class T>
+double NetworkBody<T>::stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const {
+    auto nodes = hessian_arrays(state);
+    nodes.stiffening = constants;
+    const auto springs = spring_arrays();
+    return sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        return table_->network_effects->soa_energy(springs, nodes, begin, end);
+    });
+}
+
+template <class T>
+std::vector<Stage> NetworkBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
+    const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
+    const bool driven = is_driven(parameters);
+    // The integrating kernel leaves the forces zero for the next step.
+    allocate_forces(state);
+    const auto nodes = node_arrays(state);
+    std::vector<Stage> stages = accumulate(nodes);
+    stages.push_back(in_pieces(0, layout_.size(),
+                               [integrate = table_->soa->integrate[driven], constants, nodes](auto begin, auto end) {
+                                   integrate(nodes, constants, begin, end);
+                               }));
+    return stages;
+}
+
+template <class T>
+PlanDescription NetworkBody<T>::describe() const {
+    PlanDescription d;
+    d.instruction_set = table_->instruction_set;
+    d.layout = "coloured-soa";
+    d.kernel = std::string("network_springs<") + std::string(name(accuracy_)) + ">";
+    if (volume_ != kernels::Volume::none) {
+        d.kernel += std::string(" + network_cells<") +
+                    (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
+    }
+    d.precision = precision_name<T>();
+    d.threads = this->workers().threads();
+    d.nodes = layout_.node_count;
+    d.springs = layout_.spring_count;
+    d.cells = layout_.cell_count;
+    d.bytes = layout_.bytes();
+    d.tiles = layout_.springs.color_begin.size() + layout_.cells.color_begin.size() - 2;
+    return d;
+}
+
+template class NetworkBody<float>;
+template class NetworkBody<double>;
+
+} // namespace hybmss

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "kernels/kernel_table.hpp"
+#include "layouts/network/colored_soa.hpp"
+#include "plan/bodies/body.hpp"
+
+namespace hybmss {
+
+/// A network in the layout coloured-soa: colours run one after the other, the blocks of a colour in parallel.
+///
+/// Within a colour every node is written once at most, so neither the order of blocks nor the threads change a bit.
+template <class T>
+class NetworkBody final : public Body<T> {
+public:
+    NetworkBody(const Network& network, const PlanOptions& options);
+
+    std::span<const double> masses() const override { return layout_.masses; }
+    std::span<const NodeRun> runs() const override { return {&run_, 1}; }
+    std::size_t index_of(std::size_t node) const override { return node; }
+    double length_unit() const override { return 1; }
+    const FrequencyBounds& frequencies() const override { return frequencies_; }
+    PlanDescription describe() const override;
+
+    State<T> make_state(bool moving) const override;
+    void compute_forces(State<T>& state) const override;
+    PotentialEnergy energy(State<T>& state) const override;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
+    std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
+                                     NodeField<T>& product) const override;
+    void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
+    double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
+    const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
+    const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
+    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
+
+private:
+    kernels::NetworkSprings<T> spring_arrays() const;
+    kernels::NetworkCells<T> cell_arrays() const;
+    kernels::NodeArrays<T> node_arrays(State<T>& state) const;
+    /// Without direction and product.
+    kernels::HessianArrays<T> hessian_arrays(const State<T>& state) const;
+    /// What adds a product to an array that is zero, by these kernels.
+    std::vector<Stage> product_stages(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
+                                      const SpringPass<T>& pass, const NodeField<T>* direction,
+                                      NodeField<T>& product) const;
+    void run_diagonal(State<T>& state, const kernels::SoaHessianKernels<T>& kernels, const SpringPass<T>& pass,
+                      AlignedArray<T> (&blocks)[6]) const;
+    void allocate_forces(State<T>& state) const;
+    /// What adds all forces to arrays that are zero, a stage a colour.
+    std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;
+    template <class Visit>
+    double sum_over_pieces(std::size_t size, const Visit& visit) const;
+
+    ColoredSoa<T> layout_;
+    NodeRun run_;
+    const kernels::KernelTable<T>* table_;
+    kernels::Volume volume_;
+    Accuracy accuracy_;
+    FrequencyBounds frequencies_;
+};
+
+extern template class NetworkBody<float>;
+extern template class NetworkBody<double>;
+
+} // namespace hybmss

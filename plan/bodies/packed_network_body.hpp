@@ -1,0 +1,59 @@
+#pragma once
+
+#include "plan/bodies/network_tiles.hpp"
+
+namespace hybmss {
+
+/// A network in a layout with packed nodes: packed-xyzw (PackedXyzw<T>) or aos (ArrayOfStructs<T>).
+///
+/// The colours of its tiles run one after the other, the tiles of a colour in parallel. Tiles of a colour share no
+/// node, so each node gets its contributions in the order of the colours, whatever the threads do.
+template <class T, class Layout>
+class PackedNetworkBody final : public Body<T> {
+public:
+    PackedNetworkBody(const Network& network, const PlanOptions& options);
+
+    std::span<const double> masses() const override { return layout_.masses; }
+    std::span<const NodeRun> runs() const override { return {&run_, 1}; }
+    std::span<const std::uint32_t> order() const override { return layout_.order; }
+    std::size_t index_of(std::size_t node) const override { return layout_.place.empty() ? node : layout_.place[node]; }
+    double length_unit() const override { return 1; }
+    const FrequencyBounds& frequencies() const override { return frequencies_; }
+    PlanDescription describe() const override;
+
+    State<T> make_state(bool moving) const override;
+    void compute_forces(State<T>& state) const override;
+    PotentialEnergy energy(State<T>& state) const override;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
+    std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
+                                     NodeField<T>& product) const override;
+    void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
+    double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
+    const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
+    const kernels::KernelTable<T>& kernel_table() const override { return *choice_.table; }
+    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
+
+private:
+    std::vector<Stage> product_stages(State<T>& state, const PackedNetworkHessian<T>& kernels,
+                                      const SpringPass<T>& pass, const NodeField<T>* direction,
+                                      NodeField<T>& product) const;
+    void run_diagonal(State<T>& state, const PackedNetworkHessian<T>& kernels, const SpringPass<T>& pass,
+                      AlignedArray<T> (&blocks)[6]) const;
+    kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
+    void clear_forces(State<T>& state) const;
+    /// What adds all forces to nodes whose forces are zero, a stage a colour.
+    std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
+
+    NetworkKernelChoice<T> choice_;
+    Layout layout_;
+    NodeRun run_; ///< all nodes, where the layout keeps the caller's order
+    FrequencyBounds frequencies_;
+};
+
+extern template class PackedNetworkBody<float, PackedXyzw<float>>;
+extern template class PackedNetworkBody<double, PackedXyzw<double>>;
+extern template class PackedNetworkBody<float, ArrayOfStructs<float>>;
+extern template class PackedNetworkBody<double, ArrayOfStructs<double>>;
+
+} // namespace hybmss

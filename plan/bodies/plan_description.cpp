@@ -1,0 +1,84 @@
+#include "plan/bodies/plan_description.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace hybmss {
+
+kernels::Volume kernel_volume(VolumeEnergy energy) {
+    switch (energy) {
+    case VolumeEnergy::quadratic:
+        return kernels::Volume::quadratic;
+    case VolumeEnergy::mean_stretch:
+        return kernels::Volume::mean_stretch;
+    case VolumeEnergy::automatic:
+    case VolumeEnergy::none:
+        break;
+    }
+    return kernels::Volume::none;
+}
+
+std::string kernel_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy) {
+    constexpr const char* kVolumes[] = {"no volume", "quadratic", "mean_stretch"};
+    return std::string("<") + (face_diagonals ? "face_diagonals" : "no face diagonals") + ", " +
+           kVolumes[static_cast<int>(volume)] + ", " + std::string(name(accuracy)) + ">";
+}
+
+bool is_driven(const StepParameters& p) {
+    return p.mass_damping != 0 || p.acceleration[0] != 0 || p.acceleration[1] != 0 || p.acceleration[2] != 0;
+}
+
+template <class T>
+kernels::StepConstants<T> step_constants(const StepParameters& p, double length_unit) {
+    const auto refuse = [](const char* name, double value, const char* allowed) {
+        std::ostringstream message;
+        message << name << " = " << value << " is not allowed: it must be " << allowed;
+        throw std::invalid_argument(message.str());
+    };
+    if (!(p.time_step > 0) || !std::isfinite(p.time_step)) {
+        refuse("time_step", p.time_step, "finite and above 0");
+    }
+    if (!(p.mass_damping >= 0) || !std::isfinite(p.mass_damping)) {
+        refuse("mass_damping", p.mass_damping, "finite and at least 0");
+    }
+    const double factor = 1 / (1 + p.time_step * p.mass_damping);
+    kernels::StepConstants<T> constants{};
+    constants.time_step = static_cast<T>(p.time_step);
+    constants.velocity_factor = static_cast<T>(factor);
+    constants.force_factor = static_cast<T>(p.time_step * factor);
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (!std::isfinite(p.acceleration[c])) {
+            refuse("acceleration", p.acceleration[c], "finite");
+        }
+        constants.velocity_gain[c] = static_cast<T>(p.acceleration[c] * p.time_step * factor / length_unit);
+    }
+    return constants;
+}
+
+template kernels::StepConstants<float> step_constants<float>(const StepParameters&, double);
+template kernels::StepConstants<double> step_constants<double>(const StepParameters&, double);
+
+std::string to_string(const PlanDescription& d) {
+    std::ostringstream text;
+    text << "layout           " << d.layout << "\n"
+         << "kernel           " << d.kernel << "\n"
+         << "instruction set  " << name(d.instruction_set) << "\n"
+         << "precision        " << d.precision << "\n"
+         << "threads          " << d.threads << "\n"
+         << "tiles            " << d.tiles << "\n"
+         << "integration      " << name(d.integration) << "\n"
+         << "nodes            " << d.nodes << "\n"
+         << "springs          " << d.springs << "\n"
+         << "cells            " << d.cells << "\n"
+         << "bytes            " << d.bytes << "\n"
+         << "effort           " << name(d.effort) << "\n"
+         << "reason           " << d.reason << "\n";
+    for (const CandidateFigure& figure : d.candidates) {
+        text << "candidate        " << figure.name << ": " << figure.ns_per_cell_step << " ns a cell and step"
+             << (figure.finalist ? "" : " (dropped early)") << "\n";
+    }
+    return text.str();
+}
+
+} // namespace hybmss

@@ -1,0 +1,255 @@
+#include "plan/tuning/planned_body.hpp"
+
+#include "plan/tuning/candidates.hpp"
+#include "plan/tuning/tuner.hpp"
+#include "plan/tuning/wisdom_class.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <sstream>
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+void check_seconds(double seconds) {
+    if (!(seconds > 0) || !std::isfinite(seconds)) {
+        std::ostringstream message;
+        message << "measure_seconds = " << seconds << " is not allowed: it must be finite and above 0";
+        throw std::invalid_argument(message.str());
+    }
+}
+
+double figure_of(const std::vector<CandidateFigure>& figures, const std::string& candidate) {
+    const auto found = std::find_if(figures.begin(), figures.end(),
+                                    [&](const CandidateFigure& figure) { return figure.name == candidate; });
+    return found == figures.end() ? 0 : found->ns_per_cell_step;
+}
+
+/// "6.53 ns a cell and step, 1.31 times as fast as the fixed choice flat-rows/..."
+std::string comparison(const WisdomEntry& entry, const Candidate& fixed_choice) {
+    const double chosen = figure_of(entry.figures, name(entry.choice));
+    const double fixed = figure_of(entry.figures, name(fixed_choice));
+    if (chosen <= 0) {
+        return "the choice for larger bodies, with the threads that are of use here";
+    }
+    char text[64];
+    std::snprintf(text, sizeof text, "%.3g ns a cell and step", chosen);
+    std::string all = text;
+    if (entry.choice == fixed_choice) {
+        return all + ", the fixed choice too";
+    }
+    if (fixed > 0) {
+        std::snprintf(text, sizeof text, ", %.2f times as fast as the fixed choice ", fixed / chosen);
+        all += text + name(fixed_choice);
+    }
+    return all;
+}
+
+template <class T>
+class Planner {
+public:
+    Planner(const TunerSubject<T>& subject, const PlanOptions& options, Operation operation)
+        : subject_(subject), options_(options), operation_(operation),
+          candidates_(candidates(subject.layouts, options, subject.nodes, operation)),
+          key_((operation == Operation::step ? "step " : "forces ") + subject.body_class + " " + wish_class(options)) {}
+
+    PlannedBody<T> measured() {
+        check_seconds(options_.measure_seconds);
+        require_candidates();
+        if (const std::optional<WisdomEntry> entry = known()) {
+            return make(entry->choice, "wisdom for this class of body: " + comparison(*entry, candidates_.front()),
+                        entry->figures);
+        }
+        if (candidates_.size() == 1) {
+            return make(candidates_.front(), "the options leave this candidate alone", {});
+        }
+        const auto start = std::chrono::steady_clock::now();
+        WisdomEntry entry = measure(subject_, candidates_, options_, operation_);
+        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        char text[96];
+        std::snprintf(text, sizeof text, "measured now (%zu candidates, %.2g s): ", candidates_.size(), seconds);
+        PlannedBody<T> planned = make(entry.choice, text + comparison(entry, candidates_.front()), entry.figures);
+        if (options_.wisdom) {
+            WisdomStore::put(*options_.wisdom, key_, std::move(entry));
+        }
+        return planned;
+    }
+
+    PlannedBody<T> stored() const {
+        if (!options_.wisdom) {
+            throw std::invalid_argument("effort = stored is not allowed without wisdom: name some, or take another "
+                                        "effort (estimate, measure)");
+        }
+        require_candidates();
+        const std::optional<WisdomEntry> entry = known();
+        if (!entry) {
+            throw std::invalid_argument("effort = stored: none of the " + std::to_string(options_.wisdom->entries()) +
+                                        " entries of the wisdom fits \"" + key_ +
+                                        "\": measure it first (hybmss tune), or take another effort");
+        }
+        return make(entry->choice, "wisdom for this class of body: " + comparison(*entry, candidates_.front()),
+                    entry->figures);
+    }
+
+    PlannedBody<T> random() const {
+        require_candidates();
+        std::mt19937 engine(options_.random_seed);
+        const std::size_t pick = engine() % candidates_.size();
+        return make(candidates_[pick],
+                    "random: candidate " + std::to_string(pick + 1) + " of " + std::to_string(candidates_.size()) +
+                        " by the seed " + std::to_string(options_.random_seed),
+                    {});
+    }
+
+private:
+    /// Only fused steps of a network leave nothing.
+    void require_candidates() const {
+        if (candidates_.empty()) {
+            throw std::invalid_argument("integration = fused is not allowed for this body and layout: only flat-rows "
+                                        "and active-rows can; it must be automatic or split");
+        }
+    }
+
+    /// What the wisdom says, if it is a candidate: wisdom is not trusted to name what the options rule out. Threads are
+    /// cut to those of use, and any size of tiles will do: bodies of one class differ a little in size.
+    std::optional<WisdomEntry> known() const {
+        if (!options_.wisdom) {
+            return std::nullopt;
+        }
+        std::optional<WisdomEntry> entry = WisdomStore::find(*options_.wisdom, key_);
+        const Candidate* fitting = nullptr;
+        for (const Candidate& candidate : candidates_) {
+            Candidate alike = candidate;
+            alike.threads = entry ? entry->choice.threads : 0;
+            if (entry && options_.tile_nodes == 0 && has_tiles(candidate.layout)) {
+                alike.tile_nodes = entry->choice.tile_nodes;
+            }
+            if (entry && alike == entry->choice && candidate.threads <= entry->choice.threads &&
+                (!fitting || fitting->threads < candidate.threads)) {
+                fitting = &candidate;
+            }
+        }
+        if (!fitting) {
+            return std::nullopt;
+        }
+        entry->choice.threads = fitting->threads; // all else is alike
+        return entry;
+    }
+
+    PlannedBody<T> make(const Candidate& choice, std::string reason, std::vector<CandidateFigure> figures) const {
+        const PlanOptions fixed = fixed_options(options_, choice);
+        return {subject_.make(fixed), fixed, options_.effort, std::move(reason), std::move(figures)};
+    }
+
+    const TunerSubject<T>& subject_;
+    const PlanOptions& options_;
+    Operation operation_;
+    std::vector<Candidate> candidates_;
+    std::string key_;
+};
+
+template <class T>
+PlannedBody<T> plan(const TunerSubject<T>& subject, const PlanOptions& options, Operation operation) {
+    Planner<T> planner(subject, options, operation);
+    switch (options.effort) {
+    case Effort::measure:
+        return planner.measured();
+    case Effort::stored:
+        return planner.stored();
+    case Effort::random:
+        return planner.random();
+    case Effort::estimate:
+        break;
+    }
+    throw std::logic_error("an estimate needs no planner");
+}
+
+/// No subject is made for an estimate: its class costs a pass over the body. Nor for a layout that is not known:
+/// make_body refuses it.
+bool is_fixed(const PlanOptions& options, const std::vector<std::string>& layouts) {
+    const bool known =
+        options.layout.empty() || std::find(layouts.begin(), layouts.end(), options.layout) != layouts.end();
+    return options.effort == Effort::estimate || !known;
+}
+
+/// The options with `accuracy` in place of `force_error`.
+template <class T>
+PlanOptions with_level(const PlanOptions& options) {
+    PlanOptions same = options;
+    if (options.force_error != 0) {
+        constexpr Precision kOwn = sizeof(T) == sizeof(float) ? Precision::float32 : Precision::float64;
+        const double error = options.force_error, least = force_error_bound(Accuracy::accurate, kOwn);
+        if (!(error >= least)) {
+            std::ostringstream message;
+            message << "force_error = " << error << " is not allowed: it must be 0 or at least " << least << " in "
+                    << (kOwn == Precision::float32 ? "float" : "double");
+            throw std::invalid_argument(message.str());
+        }
+        same.accuracy = error >= force_error_bound(Accuracy::fast, kOwn) ? Accuracy::fast : Accuracy::accurate;
+        same.force_error = 0;
+    }
+    return same;
+}
+
+template <class T>
+PlannedBody<T> fixed(std::unique_ptr<Body<T>> body, const PlanOptions& options) {
+    return {std::move(body), options, options.effort, "the fixed choice for such a body; nothing was timed", {}};
+}
+
+} // namespace
+
+template <class T>
+PlanDescription PlannedBody<T>::describe() const {
+    PlanDescription description = body->describe();
+    description.choice = choice;
+    if (effort == Effort::estimate) {
+        description.choice.instruction_set = description.instruction_set;
+        description.choice.threads = description.threads;
+    }
+    description.choice.effort = Effort::estimate;
+    description.choice.wisdom = nullptr;
+    description.choice.task_runner = nullptr;
+    description.effort = effort;
+    description.reason = reason;
+    description.candidates = figures;
+    return description;
+}
+
+template <class T>
+PlannedBody<T> plan_body(const Lattice& lattice, const Material& material, const PlanOptions& given,
+                         Operation operation) {
+    const PlanOptions options = with_level<T>(given);
+    // A lattice takes a network's layouts too.
+    std::vector<std::string> layouts = lattice_layouts();
+    const std::vector<std::string> more = network_layouts();
+    layouts.insert(layouts.end(), more.begin(), more.end());
+    // A body without nodes takes no time.
+    if (is_fixed(options, layouts) || lattice.cell_count() == 0) {
+        return fixed(make_body<T>(lattice, material, options), options);
+    }
+    validate(material);
+    return plan(subject_of<T>(lattice, material), options, operation);
+}
+
+template <class T>
+PlannedBody<T> plan_body(const Network& network, const PlanOptions& given, Operation operation) {
+    const PlanOptions options = with_level<T>(given);
+    if (is_fixed(options, network_layouts()) || network.masses.empty()) {
+        return fixed(make_body<T>(network, options), options);
+    }
+    validate(network);
+    return plan(subject_of<T>(network), options, operation);
+}
+
+template struct PlannedBody<float>;
+template struct PlannedBody<double>;
+template PlannedBody<float> plan_body(const Lattice&, const Material&, const PlanOptions&, Operation);
+template PlannedBody<double> plan_body(const Lattice&, const Material&, const PlanOptions&, Operation);
+template PlannedBody<float> plan_body(const Network&, const PlanOptions&, Operation);
+template PlannedBody<double> plan_body(const Network&, const PlanOptions&, Operation);
+
+} // namespace hybmss

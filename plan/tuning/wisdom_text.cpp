@@ -1,0 +1,208 @@
+#include "plan/tuning/wisdom_text.hpp"
+
+#include "plan/tuning/wisdom_origin.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+
+namespace hybmss {
+namespace {
+
+constexpr std::string_view kSchema = "3";
+constexpr std::string_view kChecksum = "checksum = ";
+
+struct Line {
+    std::size_t number = 0;
+    std::string_view key, value;
+};
+
+/// The lines of a wisdom text that say something, one after the other; an end with an empty key.
+class Lines {
+public:
+    Lines(std::string_view text, std::string name) : text_(text), name_(std::move(name)) { next(); }
+
+    const Line& line() const { return line_; }
+
+    void next() {
+        while (!text_.empty()) {
+            const std::size_t end = std::min(text_.find('\n'), text_.size());
+            const std::string_view whole = text_.substr(0, end);
+            text_.remove_prefix(std::min(end + 1, text_.size()));
+            ++number_;
+            if (whole.empty() || whole.front() == '#') {
+                continue;
+            }
+            const std::size_t equals = whole.find(" = ");
+            line_ = {number_, whole.substr(0, equals),
+                     equals == std::string_view::npos ? std::string_view() : whole.substr(equals + 3)};
+            if (line_.key.empty() || line_.value.empty()) {
+                refuse("damaged: \"" + shown(whole) + "\" is not of the form key = value");
+            }
+            return;
+        }
+        line_ = {number_ + 1, {}, {}};
+    }
+
+    [[noreturn]] void refuse(const std::string& reason) const {
+        throw WisdomError(name_ + ":" + std::to_string(line_.number) + ": wisdom refused, " + reason);
+    }
+
+    /// Fit for one line of a message, whatever the file holds.
+    static std::string shown(std::string_view text) {
+        std::string clean(text.substr(0, 80));
+        std::replace_if(
+            clean.begin(), clean.end(), [](unsigned char c) { return !std::isprint(c); }, '?');
+        return clean + (text.size() > 80 ? "..." : "");
+    }
+
+private:
+    std::string_view text_;
+    std::string name_;
+    std::size_t number_ = 0;
+    Line line_;
+};
+
+/// FNV-1a: it guards against accidents, not against malice.
+std::uint64_t hash_of(std::string_view text) {
+    std::uint64_t hash = 14695981039346656037ull;
+    for (const char c : text) {
+        hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+    }
+    return hash;
+}
+
+/// The text without its checksum, which must be right.
+std::string_view checked_body(std::string_view text, const std::string& name) {
+    const std::size_t last_line =
+        static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + (text.ends_with('\n') ? 0 : 1);
+    const auto refuse = [&](const std::string& reason) {
+        throw WisdomError(name + ":" + std::to_string(std::max<std::size_t>(last_line, 1)) + ": wisdom refused, " +
+                          reason);
+    };
+    const std::size_t start =
+        text.ends_with('\n') && text.size() > 1 ? text.rfind('\n', text.size() - 2) : std::string_view::npos;
+    if (start == std::string_view::npos || !text.substr(start + 1).starts_with(kChecksum)) {
+        refuse("damaged: the last line is not a checksum, so the file is cut short");
+    }
+    const std::string_view body = text.substr(0, start + 1);
+    if (text.substr(start + 1) != wisdom_checksum_line(body)) {
+        refuse("damaged: the checksum does not fit what the file holds");
+    }
+    return body;
+}
+
+/// "KEY = VALUE", as this build on this machine would write it.
+void require(Lines& lines, std::string_view key, std::string_view value, const std::string& otherwise) {
+    const Line& line = lines.line();
+    if (line.key != key) {
+        lines.refuse("damaged: the key \"" + Lines::shown(line.key) + "\" stands where \"" + std::string(key) +
+                     "\" must");
+    }
+    if (line.value != value) {
+        lines.refuse(otherwise + " (there: " + Lines::shown(line.value) + "; here: " + std::string(value) + ")");
+    }
+    lines.next();
+}
+
+/// "12.5 final flat-rows/avx2/fast/threads:1", or "early" for one that was dropped.
+CandidateFigure parse_figure(const Lines& lines) {
+    const std::string_view text = lines.line().value;
+    const std::size_t first = text.find(' '), second = text.find(' ', first + 1);
+    const auto refuse = [&] {
+        lines.refuse("damaged: the figure \"" + Lines::shown(text) +
+                     "\" is not of the form NANOSECONDS final|early CANDIDATE");
+    };
+    if (first == std::string_view::npos || second == std::string_view::npos) {
+        refuse();
+    }
+    CandidateFigure figure;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + first, figure.ns_per_cell_step);
+    const std::string_view word = text.substr(first + 1, second - first - 1);
+    figure.name = text.substr(second + 1);
+    figure.finalist = word == "final";
+    if (error != std::errc() || end != text.data() + first || !std::isfinite(figure.ns_per_cell_step) ||
+        figure.ns_per_cell_step <= 0 || (word != "final" && word != "early") || !parse_candidate(figure.name)) {
+        refuse();
+    }
+    return figure;
+}
+
+WisdomEntry parse_entry(Lines& lines) {
+    if (lines.line().key != "choice") {
+        lines.refuse("damaged: the key \"" + Lines::shown(lines.line().key) + "\" stands where \"choice\" must");
+    }
+    const std::string chosen(lines.line().value);
+    const std::optional<Candidate> choice = parse_candidate(chosen);
+    if (!choice) {
+        lines.refuse("damaged: the choice \"" + Lines::shown(chosen) +
+                     "\" is not of the form LAYOUT/ISA/ACCURACY/threads:N[/tile:NODES][/split]");
+    }
+    WisdomEntry entry{*choice, {}};
+    const Lines at_choice = lines;
+    lines.next();
+    while (lines.line().key == "figure") {
+        entry.figures.push_back(parse_figure(lines));
+        lines.next();
+    }
+    if (std::none_of(entry.figures.begin(), entry.figures.end(),
+                     [&](const CandidateFigure& figure) { return figure.name == chosen; })) {
+        at_choice.refuse("damaged: the choice " + Lines::shown(chosen) + " has no figure");
+    }
+    return entry;
+}
+
+} // namespace
+
+std::string wisdom_checksum_line(std::string_view body) {
+    char line[40];
+    std::snprintf(line, sizeof line, "%s%016llx\n", kChecksum.data(), static_cast<unsigned long long>(hash_of(body)));
+    return line;
+}
+
+std::string wisdom_text(const WisdomEntries& entries) {
+    std::string text = "# What hybmss measured. The checksum at the end refuses changes by hand.\n";
+    text += "schema = " + std::string(kSchema) + "\n";
+    for (const WisdomFact& fact : wisdom_facts()) {
+        text += fact.key + " = " + fact.value + "\n";
+    }
+    for (const auto& [key, entry] : entries) {
+        text += "\nbody = " + key + "\nchoice = " + name(entry.choice) + "\n";
+        for (const CandidateFigure& figure : entry.figures) {
+            char number[32];
+            std::snprintf(number, sizeof number, "%.4g", figure.ns_per_cell_step);
+            text += std::string("figure = ") + number + (figure.finalist ? " final " : " early ") + figure.name + "\n";
+        }
+    }
+    return text + wisdom_checksum_line(text);
+}
+
+WisdomEntries parse_wisdom(std::string_view text, const std::string& name) {
+    // The schema before the checksum: another schema may sum otherwise.
+    Lines head(text, name);
+    require(head, "schema", kSchema, "foreign: written in another schema");
+
+    Lines lines(checked_body(text, name), name);
+    lines.next();
+    for (const WisdomFact& fact : wisdom_facts()) {
+        require(lines, fact.key, fact.value, fact.otherwise);
+    }
+    WisdomEntries entries;
+    while (!lines.line().key.empty()) {
+        if (lines.line().key != "body") {
+            lines.refuse("damaged: the key \"" + Lines::shown(lines.line().key) + "\" stands where \"body\" must");
+        }
+        const std::string key(lines.line().value);
+        if (entries.contains(key)) {
+            lines.refuse("damaged: a second entry for \"" + Lines::shown(key) + "\"");
+        }
+        lines.next();
+        entries.emplace(key, parse_entry(lines));
+    }
+    return entries;
+}
+
+} // namespace hybmss
