@@ -6,9 +6,9 @@
 #include "calculix/program.hpp"
 #include "hybmss/equilibrium.hpp"
 #include "plan/bodies/body.hpp"
-#include "solvers/block_jacobi.hpp"
-#include "solvers/conjugate_gradients.hpp"
-#include "solvers/multigrid.hpp"
+#include "solvers/newton/block_jacobi.hpp"
+#include "solvers/newton/conjugate_gradients.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 
 #include <algorithm>
 #include <chrono>

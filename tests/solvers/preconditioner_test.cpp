@@ -1,10 +1,10 @@
 // Iterations of conjugate gradients for a random load on a clamped cube, and that multigrid copes with any body.
 #include "clamped_cube.hpp"
 #include "plan/bodies/body.hpp"
-#include "solvers/block_jacobi.hpp"
-#include "solvers/conjugate_gradients.hpp"
-#include "solvers/multigrid.hpp"
-#include "solvers/preconditioner_choice.hpp"
+#include "solvers/newton/block_jacobi.hpp"
+#include "solvers/newton/conjugate_gradients.hpp"
+#include "solvers/multigrid/multigrid.hpp"
+#include "solvers/newton/preconditioner_choice.hpp"
 
 #include <gtest/gtest.h>
 

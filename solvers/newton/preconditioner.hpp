@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/potential.hpp"
+#include "solvers/newton/potential.hpp"
 
 #include <string_view>
 

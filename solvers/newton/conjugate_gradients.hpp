@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/preconditioner.hpp"
+#include "solvers/newton/preconditioner.hpp"
 
 namespace hybmss {
 

@@ -1,6 +1,6 @@
-#include "solvers/coarse_level.hpp"
+#include "solvers/multigrid/coarse_level.hpp"
 
-#include "solvers/bounded_inverse.hpp"
+#include "solvers/multigrid/bounded_inverse.hpp"
 
 #include <algorithm>
 #include <cmath>

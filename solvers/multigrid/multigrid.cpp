@@ -1,7 +1,7 @@
-#include "solvers/multigrid.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 
-#include "solvers/grid_transfer.hpp"
-#include "solvers/multigrid_fine_level.hpp"
+#include "solvers/multigrid/grid_transfer.hpp"
+#include "solvers/multigrid/multigrid_fine_level.hpp"
 
 #include <algorithm>
 #include <cmath>

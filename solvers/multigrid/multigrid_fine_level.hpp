@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/multigrid.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,10 +2,10 @@
 
 #include "plan/tuning/planned_body.hpp"
 #include "dynamics/effects/spring_damping.hpp"
-#include "solvers/block_jacobi.hpp"
-#include "solvers/load_stepping.hpp"
-#include "solvers/multigrid.hpp"
-#include "solvers/preconditioner_choice.hpp"
+#include "solvers/newton/block_jacobi.hpp"
+#include "solvers/newton/load_stepping.hpp"
+#include "solvers/multigrid/multigrid.hpp"
+#include "solvers/newton/preconditioner_choice.hpp"
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "solvers/load_stepping.hpp"
+#include "solvers/newton/load_stepping.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "solvers/cell_rotations.hpp"
+#include "solvers/multigrid/cell_rotations.hpp"
 
 #include <algorithm>
 

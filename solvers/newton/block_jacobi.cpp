@@ -1,6 +1,6 @@
-#include "solvers/block_jacobi.hpp"
+#include "solvers/newton/block_jacobi.hpp"
 
-#include "solvers/bounded_inverse.hpp"
+#include "solvers/multigrid/bounded_inverse.hpp"
 
 #include <algorithm>
 

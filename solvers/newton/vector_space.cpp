@@ -1,4 +1,4 @@
-#include "solvers/vector_space.hpp"
+#include "solvers/newton/vector_space.hpp"
 
 #include <algorithm>
 

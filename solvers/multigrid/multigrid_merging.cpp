@@ -1,6 +1,6 @@
 // The matrices of the levels: every coarse cell is the sum of the cells that it holds, each spread over its corners.
-#include "solvers/cell_merging.hpp"
-#include "solvers/multigrid.hpp"
+#include "solvers/multigrid/cell_merging.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 
 namespace hybmss {
 

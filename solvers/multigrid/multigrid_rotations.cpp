@@ -1,7 +1,7 @@
 // The rotations of cells around every cell that a stiff volume couples: what they cost, and its inverse.
-#include "solvers/bounded_inverse.hpp"
-#include "solvers/cell_corners.hpp"
-#include "solvers/multigrid.hpp"
+#include "solvers/multigrid/bounded_inverse.hpp"
+#include "solvers/multigrid/cell_corners.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 
 namespace hybmss {
 namespace {

@@ -1,4 +1,4 @@
-#include "solvers/cell_merging.hpp"
+#include "solvers/multigrid/cell_merging.hpp"
 
 namespace hybmss {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/cell_stiffness.hpp"
+#include "solvers/multigrid/cell_stiffness.hpp"
 
 namespace hybmss {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "solvers/block_jacobi.hpp"
-#include "solvers/coarse_level.hpp"
+#include "solvers/newton/block_jacobi.hpp"
+#include "solvers/multigrid/coarse_level.hpp"
 
 #include <memory>
 #include <optional>

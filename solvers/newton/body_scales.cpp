@@ -1,4 +1,4 @@
-#include "solvers/body_scales.hpp"
+#include "solvers/newton/body_scales.hpp"
 
 #include "layouts/lattice/rest_shape.hpp"
 

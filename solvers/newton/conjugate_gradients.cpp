@@ -1,4 +1,4 @@
-#include "solvers/conjugate_gradients.hpp"
+#include "solvers/newton/conjugate_gradients.hpp"
 
 #include <cmath>
 #include <limits>

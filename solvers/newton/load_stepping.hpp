@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/trust_region.hpp"
+#include "solvers/newton/trust_region.hpp"
 
 namespace hybmss {
 

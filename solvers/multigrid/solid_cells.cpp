@@ -1,4 +1,4 @@
-#include "solvers/solid_cells.hpp"
+#include "solvers/multigrid/solid_cells.hpp"
 
 #include "layouts/lattice/rest_shape.hpp"
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "hybmss/explicit_dynamics.hpp"
-#include "solvers/body_scales.hpp"
-#include "solvers/solid_cells.hpp"
-#include "solvers/vector_space.hpp"
+#include "solvers/newton/body_scales.hpp"
+#include "solvers/multigrid/solid_cells.hpp"
+#include "solvers/newton/vector_space.hpp"
 
 #include <array>
 #include <cstdint>

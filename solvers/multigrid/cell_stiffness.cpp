@@ -1,6 +1,6 @@
-#include "solvers/cell_stiffness.hpp"
+#include "solvers/multigrid/cell_stiffness.hpp"
 
-#include "solvers/volume_derivatives.hpp"
+#include "solvers/multigrid/volume_derivatives.hpp"
 
 #include <algorithm>
 #include <bit>

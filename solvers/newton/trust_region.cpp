@@ -1,4 +1,4 @@
-#include "solvers/trust_region.hpp"
+#include "solvers/newton/trust_region.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "solvers/cell_rotations.hpp"
-#include "solvers/cell_stiffness.hpp"
-#include "solvers/chebyshev.hpp"
+#include "solvers/multigrid/cell_rotations.hpp"
+#include "solvers/multigrid/cell_stiffness.hpp"
+#include "solvers/multigrid/chebyshev.hpp"
 
 #include <memory>
 #include <optional>

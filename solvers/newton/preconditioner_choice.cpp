@@ -1,4 +1,4 @@
-#include "solvers/preconditioner_choice.hpp"
+#include "solvers/newton/preconditioner_choice.hpp"
 
 #include <algorithm>
 #include <cmath>

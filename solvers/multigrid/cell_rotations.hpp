@@ -1,7 +1,7 @@
 #pragma once
 
 #include "plan/threads/workers.hpp"
-#include "solvers/padded_grid.hpp"
+#include "solvers/multigrid/padded_grid.hpp"
 
 #include <array>
 #include <vector>

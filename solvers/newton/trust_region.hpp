@@ -1,7 +1,7 @@
 #pragma once
 
 #include "hybmss/equilibrium.hpp"
-#include "solvers/conjugate_gradients.hpp"
+#include "solvers/newton/conjugate_gradients.hpp"
 
 #include <functional>
 

@@ -1,4 +1,4 @@
-#include "solvers/potential.hpp"
+#include "solvers/newton/potential.hpp"
 
 #include <algorithm>
 #include <cmath>

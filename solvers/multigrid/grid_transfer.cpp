@@ -1,4 +1,4 @@
-#include "solvers/grid_transfer.hpp"
+#include "solvers/multigrid/grid_transfer.hpp"
 
 namespace hybmss {
 namespace {
