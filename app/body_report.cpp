@@ -1,7 +1,7 @@
 #include "app/body_report.hpp"
 
-#include "simulation/cell_parts.hpp"
-#include "simulation/memory.hpp"
+#include "simulation/geometry/cell_parts.hpp"
+#include "simulation/run/memory.hpp"
 
 #include <fmt/format.h>
 

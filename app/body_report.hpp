@@ -3,7 +3,7 @@
 /// \file
 /// What a scene's body is, told before it is computed.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <string>
 

@@ -1,6 +1,6 @@
 #include "app/command_line.hpp"
 
-#include "hybmss/scene.hpp"
+#include "hybmss/simulation/scene.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #include "app/effect_costs.hpp"
 
-#include "simulation/memory.hpp"
+#include "simulation/run/memory.hpp"
 
 #include <algorithm>
 #include <chrono>

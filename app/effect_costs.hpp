@@ -3,7 +3,7 @@
 /// \file
 /// What a scene's effects take, each by the scene without it.
 
-#include "simulation/effect_list.hpp"
+#include "simulation/run/effect_list.hpp"
 
 #include <optional>
 #include <vector>

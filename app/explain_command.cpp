@@ -5,8 +5,8 @@
 #include "app/explain_json.hpp"
 #include "app/json_file.hpp"
 #include "app/plan_arguments.hpp"
-#include "hybmss/solve_to_accuracy.hpp"
-#include "simulation/memory.hpp"
+#include "hybmss/simulation/solve_to_accuracy.hpp"
+#include "simulation/run/memory.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "app/explain_json.hpp"
 
-#include "simulation/plan_json.hpp"
+#include "simulation/results/plan_json.hpp"
 
 namespace hybmss {
 namespace {

@@ -4,8 +4,8 @@
 #include "app/vector_csv.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
-#include "simulation/memory.hpp"
-#include "simulation/scene_lattice.hpp"
+#include "simulation/run/memory.hpp"
+#include "simulation/scene/scene_lattice.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 /// \file
 /// The file behind the commands' --json options.
 
-#include "simulation/atomic_file.hpp"
+#include "simulation/results/atomic_file.hpp"
 
 #include <memory>
 #include <string>

@@ -1,6 +1,6 @@
 #include "app/plan_arguments.hpp"
 
-#include "simulation/read_file.hpp"
+#include "simulation/geometry/read_file.hpp"
 
 #include <CLI/CLI.hpp>
 

@@ -4,7 +4,7 @@
 /// The options that every command on a scene takes: --isa, --threads, --precision, --layout, --tile-nodes,
 /// --integration, --effort, --wisdom.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "hybmss/wisdom.hpp"
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 /// \file
 /// One line on a terminal that tells how far a run is.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <chrono>
 #include <cstdio>

@@ -5,10 +5,10 @@
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "hybmss/record.hpp"
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
-#include "simulation/atomic_file.hpp"
+#include "simulation/results/atomic_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -5,8 +5,8 @@
 #include "app/progress_line.hpp"
 #include "app/stop_signal.hpp"
 #include "app/summary_table.hpp"
-#include "hybmss/solve_to_accuracy.hpp"
-#include "simulation/results.hpp"
+#include "hybmss/simulation/solve_to_accuracy.hpp"
+#include "simulation/results/results.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

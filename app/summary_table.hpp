@@ -3,7 +3,7 @@
 /// \file
 /// What came of a run, for a person.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <string>
 

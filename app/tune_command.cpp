@@ -3,8 +3,8 @@
 #include "app/tune_check.hpp"
 #include "app/tune_rows.hpp"
 #include "plan/tuning/candidates.hpp"
-#include "simulation/memory.hpp"
-#include "simulation/scene_lattice.hpp"
+#include "simulation/run/memory.hpp"
+#include "simulation/scene/scene_lattice.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

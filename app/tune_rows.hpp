@@ -5,7 +5,7 @@
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <string>
 #include <vector>

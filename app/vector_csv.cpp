@@ -1,6 +1,6 @@
 #include "app/vector_csv.hpp"
 
-#include "simulation/atomic_file.hpp"
+#include "simulation/results/atomic_file.hpp"
 
 #include <fmt/format.h>
 

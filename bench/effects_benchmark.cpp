@@ -4,7 +4,7 @@
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
 #include "bench/printed.hpp"
-#include "simulation/effect_list.hpp"
+#include "simulation/run/effect_list.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@ namespace hybmss::bench {
 
 /// A cube of 20^3 cells, for every precision and instruction set of `choices`. First a row for the step with all its
 /// seams for effects and none of them called for, against the sweep of the cells alone; then one for each effect of
-/// simulation/effect_list.hpp that can be called for, against the body without it. A row takes about `seconds`.
+/// simulation/run/effect_list.hpp that can be called for, against the body without it. A row takes about `seconds`.
 std::vector<Row> effects_benchmark(const RowChoices& choices, double seconds);
 
 extern const char* const kEffectsIntroduction;

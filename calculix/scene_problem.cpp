@@ -1,8 +1,8 @@
 #include "calculix/scene_problem.hpp"
 
-#include "simulation/loads.hpp"
-#include "simulation/scene_lattice.hpp"
-#include "simulation/supports.hpp"
+#include "simulation/run/loads.hpp"
+#include "simulation/scene/scene_lattice.hpp"
+#include "simulation/run/supports.hpp"
 
 namespace hybmss::calculix {
 

@@ -4,7 +4,7 @@
 /// A scene as a finite element problem.
 
 #include "calculix/problem.hpp"
-#include "hybmss/scene.hpp"
+#include "hybmss/simulation/scene.hpp"
 
 namespace hybmss::calculix {
 

@@ -3,9 +3,9 @@
 // from.
 
 #include "fuzz/fuzz_input.hpp"
-#include "hybmss/simulation.hpp"
-#include "simulation/checkpoint_file.hpp"
-#include "simulation/digest.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/run/checkpoint_file.hpp"
+#include "simulation/geometry/digest.hpp"
 
 #include <fuzzer/FuzzedDataProvider.h>
 

@@ -1,8 +1,8 @@
 // Scenes: read, and where the body is small, made into a simulation that takes a step.
 
 #include "fuzz/fuzz_input.hpp"
-#include "hybmss/simulation.hpp"
-#include "simulation/body_files.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/geometry/body_files.hpp"
 
 #include <stdexcept>
 #include <string>

@@ -3,7 +3,7 @@
 /// \file
 /// The experiments of section 6.1 of Golec et al. 2020 as static scenes.
 
-#include "hybmss/scene.hpp"
+#include "hybmss/simulation/scene.hpp"
 
 #include <array>
 #include <cstdint>

@@ -2,11 +2,11 @@
 
 #include "calculix/program.hpp"
 #include "calculix/scene_problem.hpp"
-#include "hybmss/simulation.hpp"
-#include "simulation/cell_volume.hpp"
-#include "simulation/equilibrium.hpp"
-#include "simulation/region.hpp"
-#include "simulation/scene_lattice.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/run/equilibrium.hpp"
+#include "simulation/scene/region.hpp"
+#include "simulation/scene/scene_lattice.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "app/paper/manufactured.hpp"
 
 #include "hybmss/equilibrium.hpp"
-#include "simulation/cell_volume.hpp"
+#include "simulation/geometry/cell_volume.hpp"
 
 #include <array>
 #include <cmath>

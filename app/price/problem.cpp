@@ -2,10 +2,10 @@
 
 #include "calculix/program.hpp"
 #include "calculix/scene_problem.hpp"
-#include "simulation/cell_volume.hpp"
-#include "simulation/equilibrium.hpp"
-#include "simulation/region.hpp"
-#include "simulation/scene_lattice.hpp"
+#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/run/equilibrium.hpp"
+#include "simulation/scene/region.hpp"
+#include "simulation/scene/scene_lattice.hpp"
 
 #include <chrono>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include "app/paper/experiment.hpp"
 #include "app/price/grid_field.hpp"
 #include "calculix/brick_mesh.hpp"
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <string>
 #include <string_view>

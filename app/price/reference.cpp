@@ -1,6 +1,6 @@
 #include "app/price/reference.hpp"
 
-#include "simulation/clamped_edge.hpp"
+#include "simulation/run/clamped_edge.hpp"
 
 #include <cmath>
 #include <stdexcept>

@@ -4,7 +4,7 @@
 /// The price of time steps: error and energy against step size and seconds, for each integrator.
 
 #include "app/paper/table.hpp"
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <functional>
 #include <string>

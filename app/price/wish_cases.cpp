@@ -1,7 +1,7 @@
 #include "app/price/wish_cases.hpp"
 
-#include "simulation/clamped_edge.hpp"
-#include "simulation/mesh_family.hpp"
+#include "simulation/run/clamped_edge.hpp"
+#include "simulation/accuracy/mesh_family.hpp"
 
 #include <fmt/format.h>
 

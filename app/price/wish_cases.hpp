@@ -4,8 +4,8 @@
 /// Whether a wish for an accuracy is kept: varied scenes, each beside its own limit.
 
 #include "app/paper/table.hpp"
-#include "hybmss/solve_to_accuracy.hpp"
-#include "simulation/error_estimate.hpp"
+#include "hybmss/simulation/solve_to_accuracy.hpp"
+#include "simulation/accuracy/error_estimate.hpp"
 
 #include <functional>
 #include <string>

@@ -1,6 +1,6 @@
 #include "app/stability/body_motion.hpp"
 
-#include "simulation/cell_volume.hpp"
+#include "simulation/geometry/cell_volume.hpp"
 
 #include <Eigen/Geometry>
 

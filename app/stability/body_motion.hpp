@@ -4,7 +4,7 @@
 /// A body moved by ExplicitDynamics, as an embedding program would move it, with what the hard cases measure.
 
 #include "hybmss/explicit_dynamics.hpp"
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "reference/body.hpp"
 
 #include <random>

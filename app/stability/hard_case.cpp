@@ -1,6 +1,6 @@
 #include "app/stability/hard_case.hpp"
 
-#include "hybmss/scene.hpp"
+#include "hybmss/simulation/scene.hpp"
 
 #include <fmt/format.h>
 

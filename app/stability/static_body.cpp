@@ -2,7 +2,7 @@
 
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
-#include "simulation/cell_volume.hpp"
+#include "simulation/geometry/cell_volume.hpp"
 
 #include <Eigen/Dense>
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 #include "examples/bullet/hybmss_force.hpp"
 #include "examples/bullet/world.hpp"
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <gtest/gtest.h>
 

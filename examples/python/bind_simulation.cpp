@@ -2,8 +2,8 @@
 #include "numpy_fields.hpp"
 
 #include "hybmss/record.hpp"
-#include "hybmss/simulation.hpp"
-#include "hybmss/solve_to_accuracy.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "hybmss/simulation/solve_to_accuracy.hpp"
 
 #include <pybind11/stl.h>
 

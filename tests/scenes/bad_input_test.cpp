@@ -1,8 +1,8 @@
 /// Every bad input: one line with file, line and key, exit code 2, nothing written.
 
-#include "hybmss/scene.hpp"
-#include "hybmss/simulation.hpp"
-#include "simulation/memory.hpp"
+#include "hybmss/simulation/scene.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/run/memory.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <algorithm>

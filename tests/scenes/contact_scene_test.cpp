@@ -1,6 +1,6 @@
 /// Scenes with obstacles, and where their energy goes.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "tests/scenes/program.hpp"
 #include "tests/scenes/vtu_array.hpp"
 

@@ -1,7 +1,7 @@
 /// [[cut]] in scenes: when and where it bites, what it leaves, and that it survives a restart.
 
-#include "hybmss/simulation.hpp"
-#include "simulation/cutting.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/run/cutting.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 /// Each effect of a scene by what physics says of it, and the list of effects.
 
-#include "simulation/effect_list.hpp"
+#include "simulation/run/effect_list.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 /// The paper's experiments end at the equilibria that a Newton solver found for the same lattices.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 /// Scenes that were not read from a text are held to the same ranges, with one clear line.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // The estimate of a run's memory, before anything is allocated.
 
-#include "simulation/memory.hpp"
+#include "simulation/run/memory.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// The ramp of moved nodes: rigid, smooth, and with velocities and accelerations that are its derivatives.
 
-#include "hybmss/simulation.hpp"
-#include "simulation/motion.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/run/motion.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <cmath>

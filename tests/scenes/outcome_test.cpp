@@ -1,6 +1,6 @@
 /// How runs end: settled, not settled in time, diverged.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 /// Where files are written to and read from: links, pipes, devices, directories in use, full disks, empty names.
 
-#include "simulation/atomic_file.hpp"
+#include "simulation/results/atomic_file.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <fcntl.h>

@@ -2,7 +2,7 @@
 
 #include "app/price/points.hpp"
 #include "app/price/time_steps.hpp"
-#include "simulation/clamped_edge.hpp"
+#include "simulation/run/clamped_edge.hpp"
 
 #include <gtest/gtest.h>
 

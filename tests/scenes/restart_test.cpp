@@ -1,7 +1,7 @@
 /// Checkpoints: a run that was stopped goes on to the same bits, and what is no checkpoint of it is refused.
 
-#include "hybmss/simulation.hpp"
-#include "simulation/checkpoint_file.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/run/checkpoint_file.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <nlohmann/json.hpp>

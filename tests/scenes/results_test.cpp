@@ -1,6 +1,6 @@
 /// What `hybmss run --out` writes.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "tests/scenes/program.hpp"
 #include "tests/scenes/vtu_array.hpp"
 

@@ -1,6 +1,6 @@
 /// Reading good scenes, and the documentation of the format.
 
-#include "hybmss/scene.hpp"
+#include "hybmss/simulation/scene.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <string>

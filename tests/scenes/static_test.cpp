@@ -1,6 +1,6 @@
 /// Static scenes: one load step from rest to the equilibria that physics demands.
 
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/simulation.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 /// Bodies from closed surfaces: STL and OBJ, shells within shells, rays through edges and vertices, and open ones.
 
-#include "hybmss/simulation.hpp"
-#include "simulation/triangle_surface.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/geometry/triangle_surface.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 /// Scenes whose cells come from voxel files: the same body as a box of cells, labels, parts, and what is refused.
 
-#include "hybmss/simulation.hpp"
-#include "simulation/cell_parts.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/geometry/cell_parts.hpp"
 #include "tests/scenes/program.hpp"
 #include "tests/scenes/voxel_samples.hpp"
 #include "tests/scenes/vtu_array.hpp"

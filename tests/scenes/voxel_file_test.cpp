@@ -1,6 +1,6 @@
 /// Voxel files: every format, order and endianness gives the same cells; damaged ones say what is wrong.
 
-#include "simulation/voxel_grid.hpp"
+#include "simulation/geometry/voxel_grid.hpp"
 #include "tests/scenes/voxel_samples.hpp"
 
 #include <cmath>

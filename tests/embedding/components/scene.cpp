@@ -1,7 +1,7 @@
 // A scene's file is read and run to its end.
 
-#include "hybmss/scene.hpp"
-#include "hybmss/simulation.hpp"
+#include "hybmss/simulation/scene.hpp"
+#include "hybmss/simulation/simulation.hpp"
 
 #include <cstdio>
 #include <exception>

@@ -1,0 +1,363 @@
+#include "hybmss/simulation/solve_to_accuracy.hpp"
+
+#include "simulation/run/clamped_edge.hpp"
+#include "simulation/accuracy/error_estimate.hpp"
+#include "simulation/run/memory.hpp"
+#include "simulation/accuracy/mesh_family.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+namespace hybmss {
+namespace {
+
+constexpr std::int64_t kCoarsest = 4;                      ///< cells across of the first mesh
+constexpr double kGreatestGrowth = 4, kLeastGrowth = 1.25; ///< of the cells across, from mesh to mesh
+/// Part of the wish that the mesh is chosen for; estimates err.
+constexpr double kMeshShare = 0.7;
+constexpr double kFloatIsEnough = 1e-3;
+constexpr double kMostNodes = 1e9; ///< what a lattice can number
+constexpr int kMostMeshes = 8;
+
+/// What a node may be left unbalanced by: far less than the wish, for many of them add up; in float not less than
+/// rounding allows.
+double tolerance_for(double accuracy, Precision precision) {
+    return precision == Precision::float32 ? std::clamp(0.1 * accuracy, 1e-4, 1e-3)
+                                           : std::clamp(0.01 * accuracy, 1e-10, 1e-5);
+}
+
+/// The fastest level whose errors are small against what a node may be left unbalanced by.
+Accuracy kernel_for(double tolerance, Precision precision) {
+    return force_error_bound(Accuracy::fast, precision) <= 0.1 * tolerance ? Accuracy::fast : Accuracy::accurate;
+}
+
+std::string message(const char* format, auto... values) {
+    char buffer[256];
+    std::snprintf(buffer, sizeof buffer, format, values...);
+    return buffer;
+}
+
+void check(const Scene& scene) {
+    if (!scene.solver.accuracy || scene.solver.method != SolverMethod::static_equilibrium) {
+        throw scene_error(scene, "solver.accuracy", "it must be given, with method = \"static\"");
+    }
+    const auto refuse_node = [&](const Region& where, const std::string& path) {
+        if (std::holds_alternative<NodeRegion>(where)) {
+            throw scene_error(scene, path,
+                              "with solver.accuracy, which solves on several meshes, no single node can be named");
+        }
+    };
+    const auto refuse_nodes = [&](const auto& items, const std::string& table) {
+        for (std::size_t i = 0; i < items.size(); ++i) {
+            refuse_node(items[i].where, table + "[" + std::to_string(i) + "].where");
+        }
+    };
+    refuse_nodes(scene.fixes, "fix");
+    refuse_nodes(scene.moves, "move");
+    refuse_nodes(scene.loads, "load");
+    refuse_nodes(scene.probes, "probe");
+}
+
+/// The wish at work: meshes solved so far, coarse to fine.
+class Pursuit {
+public:
+    Pursuit(const Scene& scene, const AccuracyOptions& options)
+        : scene_(scene), options_(options), family_(scene),
+          // A rough guess until three meshes show the order.
+          assumed_order_(2 * clamped_edge_exponent(scene.material.poisson_ratio)) {
+        report_.wanted = *scene.solver.accuracy;
+        report_.free_mesh = family_.is_free();
+        report_.precision = precision(report_.wanted);
+        choose_solver();
+    }
+
+    const MeshFamily& family() const { return family_; }
+    const AccuracyReport& report() const { return report_; }
+    Simulation& simulation() { return *simulation_; }
+    Summary& summary() { return summary_; }
+    const ErrorEstimate& estimate() const { return estimate_; }
+
+    /// Solves on a finer mesh than the last. Returns false where there is no equilibrium.
+    bool solve(std::int64_t multiple) {
+        if (!run(multiple) && report_.precision == Precision::float32 && options_.choose_precision) {
+            // Rounding may be what kept it from its tolerance.
+            report_.precision = Precision::float64;
+            choose_solver();
+            run(multiple);
+        }
+        if (!summary_.failure.empty()) {
+            return false;
+        }
+        solved_.push_back({static_cast<double>(multiple), result_figures(*simulation_, summary_)});
+        multiples_.push_back(multiple);
+        if (solved_.size() > 1) {
+            estimate_ = estimate_error(solved_, assumed_order_, kMeshShare * report_.wanted);
+            report_.error_estimate = estimate_.error + report_.tolerance;
+            report_.quantity = estimate_.name;
+            report_.order = estimate_.order;
+            report_.meshes.back().error_estimate = report_.error_estimate;
+        }
+        return true;
+    }
+
+    /// Of the mesh before the last: what the two differ by and what the last still lacks.
+    void estimate_coarser() {
+        std::string name;
+        const double change = greatest_difference(solved_[solved_.size() - 2].figures, solved_.back().figures, &name);
+        report_.error_estimate += change;
+        report_.quantity = name;
+    }
+
+    /// The multiple that would do for an accuracy, by the estimate.
+    double multiple_for(double accuracy) const {
+        const double last = solved_.back().cells;
+        if (!(estimate_.error > 0)) {
+            return last;
+        }
+        // estimate_.cells is for the wish; errors of other wishes scale with the order of the worst quantity.
+        return std::max(1.0,
+                        std::ceil(estimate_.cells * std::pow(report_.wanted / accuracy, 1 / estimate_.order) - 1e-9));
+    }
+
+    AccuracyOffer offer(double accuracy) const {
+        AccuracyOffer offer;
+        offer.accuracy = accuracy;
+        offer.precision = precision(accuracy);
+        offer.tolerance = tolerance(accuracy, offer.precision);
+        offer.kernel = kernel(offer.tolerance, offer.precision);
+        const double multiple = std::min(multiple_for(accuracy), 1e8);
+        const auto whole = static_cast<std::int64_t>(multiple);
+        offer.cells = family_.cells(whole);
+        offer.cell_size = family_.cell_size(whole);
+        Body body = scene_.body;
+        body.labels.clear();
+        body.cells = offer.cells;
+        SimulationOptions options = options_.simulation;
+        options.precision = offer.precision;
+        offer.bytes = estimated_bytes(body, options);
+        double nodes = 1;
+        for (const std::int64_t n : offer.cells) {
+            nodes *= static_cast<double>(n) + 1;
+        }
+        offer.fits = nodes <= kMostNodes && offer.bytes <= available_bytes();
+        // Iterations grow slowly with the mesh, or not at all; a digit in double takes about as long as two in float.
+        constexpr double kGrowth = 3.3;
+        const AccuracyMesh& last = report_.meshes.back();
+        offer.seconds = last.seconds * std::pow(multiple / static_cast<double>(multiples_.back()), kGrowth) *
+                        (offer.precision == report_.precision    ? 1
+                         : offer.precision == Precision::float64 ? 2
+                                                                 : 0.5);
+        return offer;
+    }
+
+    void make_offers() {
+        for (const double factor : {10.0, 1.0, 0.1, 0.01}) {
+            if (const double accuracy = factor * report_.wanted; accuracy <= 0.1) {
+                report_.offers.push_back(offer(accuracy));
+            }
+        }
+    }
+
+    /// Throws where the mesh for the wish does not fit.
+    void require_room(std::int64_t multiple) const {
+        Body body = scene_.body;
+        body.cells = family_.cells(multiple);
+        SimulationOptions options = options_.simulation;
+        options.precision = report_.precision;
+        const double nodes = static_cast<double>(body.cells[0] + 1) * static_cast<double>(body.cells[1] + 1) *
+                             static_cast<double>(body.cells[2] + 1);
+        const double bytes = estimated_bytes(body, options), available = available_bytes();
+        if (bytes > available || nodes > kMostNodes) {
+            // estimate_.error is that of the last mesh; the finest that fits has some 1/3 power of the room more.
+            const double room = std::cbrt(std::min(available / bytes, kMostNodes / nodes)) *
+                                static_cast<double>(multiple) / static_cast<double>(multiples_.back());
+            throw scene_error(scene_, "solver.accuracy",
+                              message("it needs about %lld x %lld x %lld cells (%.3g GB; %.3g GB are free); about %.2g "
+                                      "or more can be had here",
+                                      static_cast<long long>(body.cells[0]), static_cast<long long>(body.cells[1]),
+                                      static_cast<long long>(body.cells[2]), bytes / 1e9, available / 1e9,
+                                      estimate_.error / std::pow(room, estimate_.order) / kMeshShare));
+        }
+    }
+
+    Scene scene_on(std::int64_t multiple) const {
+        Scene scene = scene_;
+        scene.body = family_.body(multiple);
+        scene.solver.tolerance = report_.tolerance;
+        return scene;
+    }
+
+    void keep_first() {
+        first_simulation_ = std::move(simulation_);
+        first_summary_ = summary_;
+    }
+    void take_first() {
+        simulation_ = std::move(first_simulation_);
+        summary_ = first_summary_;
+    }
+
+private:
+    Precision precision(double accuracy) const {
+        return !options_.choose_precision   ? options_.simulation.precision
+               : accuracy >= kFloatIsEnough ? Precision::float32
+                                            : Precision::float64;
+    }
+    double tolerance(double accuracy, Precision type) const {
+        return scene_.solver.tolerance.value_or(tolerance_for(accuracy, type));
+    }
+
+    /// `exact`, which is asked for its bits, stays.
+    Accuracy kernel(double tolerance, Precision type) const {
+        return options_.simulation.plan.accuracy == Accuracy::exact ? Accuracy::exact : kernel_for(tolerance, type);
+    }
+    /// What follows from the wish and the type.
+    void choose_solver() {
+        report_.tolerance = tolerance(report_.wanted, report_.precision);
+        report_.kernel = kernel(report_.tolerance, report_.precision);
+    }
+
+    bool run(std::int64_t multiple) {
+        AccuracyMesh mesh{family_.cells(multiple), family_.cell_size(multiple)};
+        if (options_.before_solve) {
+            options_.before_solve(mesh);
+        }
+        SimulationOptions options = options_.simulation;
+        options.precision = report_.precision;
+        options.plan.accuracy = report_.kernel;
+        simulation_ = std::make_unique<Simulation>(scene_on(multiple), options);
+        summary_ = simulation_->run();
+        mesh.seconds = summary_.wall_seconds;
+        if (summary_.failure.empty()) {
+            report_.meshes.push_back(mesh);
+        }
+        return summary_.failure.empty();
+    }
+
+    const Scene& scene_;
+    const AccuracyOptions& options_;
+    MeshFamily family_;
+    double assumed_order_;
+    AccuracyReport report_;
+    std::vector<MeshFigures> solved_;
+    std::vector<std::int64_t> multiples_;
+    ErrorEstimate estimate_;
+    std::unique_ptr<Simulation> simulation_, first_simulation_;
+    Summary summary_, first_summary_;
+};
+
+AccurateSolution finished(Pursuit& pursuit) {
+    Summary summary = pursuit.summary();
+    if (summary.failure.empty()) {
+        pursuit.make_offers();
+    }
+    const AccuracyReport& report = pursuit.report();
+    summary.accuracy = report;
+    if (summary.failure.empty() && !report.reached()) {
+        const std::string text = message("the estimated error, %.2g, is above the accuracy wanted, %.2g",
+                                         report.error_estimate, report.wanted);
+        if (report.free_mesh) {
+            summary.failure = text;
+            summary.converged = false;
+        } else {
+            summary.warnings.push_back(text + ": the mesh is too coarse for it");
+        }
+    }
+    return {std::move(pursuit.simulation()), std::move(summary)};
+}
+
+/// The first two meshes of a free one. False where there is no equilibrium.
+bool solve_coarse(Pursuit& pursuit) {
+    const std::int64_t first = pursuit.family().multiple_of(kCoarsest);
+    return pursuit.solve(first) && pursuit.solve(2 * first);
+}
+
+AccurateSolution solve_free(Pursuit& pursuit) {
+    if (!solve_coarse(pursuit)) {
+        return finished(pursuit);
+    }
+    const auto sure = [&](int meshes) {
+        // Two meshes show no order: theirs is assumed, and the estimate errs by more.
+        const AccuracyReport& report = pursuit.report();
+        return meshes > 2 ? report.reached() : report.error_estimate <= kMeshShare * report.wanted;
+    };
+    for (int meshes = 2; meshes < kMostMeshes && !sure(meshes); ++meshes) {
+        const double last = static_cast<double>(pursuit.report().meshes.back().cells[0]) /
+                            static_cast<double>(pursuit.family().cells(1)[0]);
+        const double wanted = pursuit.multiple_for(pursuit.report().wanted);
+        // What is far too much is better known now than after an hour.
+        pursuit.require_room(static_cast<std::int64_t>(std::min(wanted, 1e7)));
+        const auto next = static_cast<std::int64_t>(
+            std::clamp(wanted, std::ceil(kLeastGrowth * last), std::floor(kGreatestGrowth * last)));
+        pursuit.require_room(next);
+        if (!pursuit.solve(next)) {
+            break;
+        }
+    }
+    return finished(pursuit);
+}
+
+/// On the scene's own mesh, with the error told by half as many cells, or, where they cannot be halved, by twice as
+/// many.
+AccurateSolution solve_given(Pursuit& pursuit) {
+    const std::int64_t own = pursuit.family().own_multiple();
+    if (own > 1) {
+        if (pursuit.solve((own + 1) / 2)) {
+            pursuit.solve(own);
+        }
+        return finished(pursuit);
+    }
+    if (!pursuit.solve(own)) {
+        return finished(pursuit);
+    }
+    pursuit.keep_first();
+    if (pursuit.solve(2 * own)) {
+        pursuit.estimate_coarser();
+    }
+    const std::string failure = pursuit.summary().failure;
+    AccurateSolution solution = finished(pursuit);
+    solution.summary.failure = failure;
+    pursuit.take_first();
+    Summary summary = pursuit.summary();
+    summary.accuracy = solution.summary.accuracy;
+    summary.warnings = solution.summary.warnings;
+    if (!failure.empty()) {
+        summary.warnings.push_back("no error can be told: on a finer mesh there is " + failure);
+        summary.accuracy.reset();
+    }
+    return {std::move(pursuit.simulation()), std::move(summary)};
+}
+
+} // namespace
+
+AccurateSolution solve_to_accuracy(const Scene& scene, const AccuracyOptions& options) {
+    check(scene);
+    Pursuit pursuit(scene, options);
+    return pursuit.family().is_free() ? solve_free(pursuit) : solve_given(pursuit);
+}
+
+AccuracyReport accuracy_offers(const Scene& scene, const AccuracyOptions& options, Scene* chosen) {
+    check(scene);
+    Pursuit pursuit(scene, options);
+    const MeshFamily& family = pursuit.family();
+    const std::int64_t own = family.own_multiple();
+    const bool solved = family.is_free() ? solve_coarse(pursuit)
+                        : own > 1        ? pursuit.solve((own + 1) / 2) && pursuit.solve(own)
+                                         : pursuit.solve(own) && pursuit.solve(2 * own);
+    if (!solved) {
+        throw std::runtime_error(pursuit.summary().failure);
+    }
+    pursuit.make_offers();
+    if (chosen != nullptr) {
+        const auto multiple = static_cast<std::int64_t>(std::min(pursuit.multiple_for(pursuit.report().wanted), 1e7));
+        if (family.is_free()) {
+            pursuit.require_room(multiple);
+        }
+        *chosen = pursuit.scene_on(family.is_free() ? multiple : own);
+    }
+    return pursuit.report();
+}
+
+} // namespace hybmss

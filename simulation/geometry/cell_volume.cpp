@@ -1,0 +1,80 @@
+#include "simulation/geometry/cell_volume.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss {
+
+std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    std::vector<std::uint32_t> number(lattice.grid_node_count(), 0);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        number[nodes[n]] = static_cast<std::uint32_t>(n);
+    }
+    const auto [nx, ny, nz] = lattice.cells();
+    std::vector<std::array<std::uint32_t, 8>> cells;
+    cells.reserve(lattice.cell_count());
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                if (!(lattice.cell_scale(i, j, k) > 0)) {
+                    continue;
+                }
+                std::array<std::uint32_t, 8>& cell = cells.emplace_back();
+                for (int corner = 0; corner < 8; ++corner) {
+                    cell[static_cast<std::size_t>(corner)] =
+                        number[lattice.grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))];
+                }
+            }
+        }
+    }
+    return cells;
+}
+
+std::vector<std::uint8_t> cell_labels(const Lattice& lattice, std::span<const std::uint8_t> grid_labels) {
+    std::vector<std::uint8_t> labels;
+    const std::span<const float> scales = lattice.cell_scales();
+    for (std::size_t cell = 0; cell < grid_labels.size(); ++cell) {
+        if (scales[cell] > 0) {
+            labels.push_back(grid_labels[cell]);
+        }
+    }
+    return labels;
+}
+
+double volume_ratio_minus_one(std::span<const std::array<double, 3>> displacement,
+                              const std::array<std::uint32_t, 8>& corners, double cell_size) {
+    double H[3][3] = {}; // H[i][j] = d u_i / d X_j
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) {
+                const double u = displacement[corners[corner]][i] / (4 * cell_size);
+                H[i][j] += corner >> j & 1 ? u : -u;
+            }
+        }
+    }
+    const double trace = H[0][0] + H[1][1] + H[2][2];
+    const double second = H[0][0] * H[1][1] - H[0][1] * H[1][0] + H[1][1] * H[2][2] - H[1][2] * H[2][1] +
+                          H[2][2] * H[0][0] - H[2][0] * H[0][2];
+    const double determinant = H[0][0] * (H[1][1] * H[2][2] - H[1][2] * H[2][1]) -
+                               H[0][1] * (H[1][0] * H[2][2] - H[1][2] * H[2][0]) +
+                               H[0][2] * (H[1][0] * H[2][1] - H[1][1] * H[2][0]);
+    return trace + second + determinant;
+}
+
+VolumeChange measure_volume_change(std::span<const std::array<double, 3>> displacement,
+                                   std::span<const std::array<std::uint32_t, 8>> cells, double cell_size) {
+    double sum = 0, low = HUGE_VAL, high = -HUGE_VAL;
+    for (const auto& cell : cells) {
+        const double change = volume_ratio_minus_one(displacement, cell, cell_size);
+        sum += change;
+        low = std::min(low, change);
+        high = std::max(high, change);
+    }
+    if (cells.empty()) {
+        return {};
+    }
+    return {std::abs(sum) / static_cast<double>(cells.size()), 1 + low, 1 + high};
+}
+
+} // namespace hybmss

@@ -1,0 +1,210 @@
+#include "simulation/results/results.hpp"
+
+#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/scene/region.hpp"
+#include "simulation/results/vtu_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+void require_finite(const std::vector<Vector3>& values, const char* what) {
+    for (const Vector3& v : values) {
+        if (!std::isfinite(v[0] + v[1] + v[2])) {
+            throw NotFinite(std::string(what) + " is not finite: not written");
+        }
+    }
+}
+
+void require_finite(const std::vector<ProbeReading>& probes) {
+    for (const ProbeReading& probe : probes) {
+        const std::string name = "probe \"" + probe.name + "\": the ";
+        require_finite({probe.force}, (name + "force").c_str());
+        require_finite({probe.torque}, (name + "torque").c_str());
+        require_finite({probe.mean_displacement}, (name + "mean displacement").c_str());
+    }
+}
+
+/// Takes out the nodes that no cell touches, and numbers the cells' corners accordingly.
+void drop_bare_nodes(std::vector<Vector3>& points, std::vector<Vector3>& u, std::vector<Vector3>& v,
+                     std::vector<std::array<std::uint32_t, 8>>& cells) {
+    std::vector<std::uint32_t> number(points.size(), 0);
+    for (const auto& cell : cells) {
+        for (const std::uint32_t n : cell) {
+            number[n] = 1;
+        }
+    }
+    std::uint32_t kept = 0;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        if (number[n] == 0) {
+            continue;
+        }
+        points[kept] = points[n];
+        u[kept] = u[n];
+        v[kept] = v[n];
+        number[n] = kept++;
+    }
+    points.resize(kept);
+    u.resize(kept);
+    v.resize(kept);
+    for (auto& cell : cells) {
+        std::transform(cell.begin(), cell.end(), cell.begin(), [&](std::uint32_t n) { return number[n]; });
+    }
+}
+
+void append(std::string& row, const Vector3& values) {
+    for (double v : values) {
+        char text[40];
+        std::snprintf(text, sizeof text, ",%.9g", v);
+        row += text;
+    }
+}
+
+std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
+    const std::vector<RigidPose> poses = simulation.obstacle_poses();
+    std::vector<VtuObstacle> drawn;
+    for (std::size_t o = 0; o < poses.size(); ++o) {
+        const ObstacleShape& shape = simulation.scene().obstacles[o].shape;
+        Vector3 size{};
+        if (const auto* plane = std::get_if<PlaneShape>(&shape)) {
+            size = plane->normal;
+        } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+            size = {sphere->radius, 0, 0};
+        } else {
+            size = std::get<BoxShape>(shape).size;
+        }
+        drawn.push_back({static_cast<double>(shape.index()), size, poses[o].position, poses[o].rotation});
+    }
+    return drawn;
+}
+
+} // namespace
+
+OwnedDirectory::OwnedDirectory(std::filesystem::path path) : path_(std::move(path)) {
+    std::error_code error;
+    std::filesystem::create_directories(path_, error);
+    if (error) {
+        throw std::runtime_error(path_.string() + ": this directory cannot be made: " + error.message());
+    }
+    // The lock goes with the process. Where the file system has none, there is none.
+    descriptor_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        close(descriptor_);
+        throw std::runtime_error(path_.string() + ": is in use by another run");
+    }
+}
+
+OwnedDirectory::~OwnedDirectory() {
+    if (descriptor_ >= 0) {
+        close(descriptor_);
+    }
+}
+
+Results::Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before)
+    : owned_(std::move(directory)), directory_(owned_.path()), simulation_(simulation), cells_(simulation.cell_nodes()),
+      cut_cells_(simulation.removed_cell_count()), probes_(directory_ / "probes.csv") {
+    for (const char* name : {"summary.json", "body.pvd", "probes.csv"}) {
+        remove_file(directory_ / name);
+    }
+    probes_.stream() << "time";
+    for (const Probe& probe : simulation.scene().probes) {
+        for (const char* quantity : {"force", "torque", "mean_displacement"}) {
+            for (char axis : {'x', 'y', 'z'}) {
+                probes_.stream() << "," << probe.name << "." << quantity << "." << axis;
+            }
+        }
+    }
+    probes_.stream() << "\n";
+    // The times of the frames, a line each; an empty line; the rows of probes.csv.
+    std::size_t at = 0;
+    for (std::size_t end = 0; (end = before.find('\n', at)) != std::string::npos; at = end + 1) {
+        if (end == at) {
+            rows_ = before.substr(end + 1);
+            break;
+        }
+        frames_.emplace_back(std::strtod(before.c_str() + at, nullptr), frame_name(frames_.size()));
+    }
+    probes_.stream() << rows_;
+}
+
+std::string Results::frame_name(std::size_t frame) {
+    char name[40];
+    std::snprintf(name, sizeof name, "body_%04zu.vtu", frame);
+    return name;
+}
+
+std::string Results::state() const {
+    std::string text;
+    for (const auto& [time, name] : frames_) {
+        char line[40];
+        std::snprintf(line, sizeof line, "%a\n", time); // in hexadecimal: every bit
+        text += line;
+    }
+    return text + "\n" + rows_;
+}
+
+void Results::record() {
+    std::vector<Vector3> u = simulation_.displacements(), v = simulation_.velocities();
+    require_finite(u, "displacement");
+    require_finite(v, "velocity");
+    const std::vector<ProbeReading> probes = simulation_.probes();
+    require_finite(probes);
+    if (cut_cells_ != simulation_.removed_cell_count()) {
+        cells_ = simulation_.cell_nodes();
+        cut_cells_ = simulation_.removed_cell_count();
+    }
+    std::vector<double> ratios;
+    ratios.reserve(cells_.size());
+    for (const auto& cell : cells_) {
+        ratios.push_back(1 + volume_ratio_minus_one(u, cell, simulation_.lattice().cell_size()));
+    }
+    const std::string name = frame_name(frames_.size());
+    const std::vector<std::uint8_t> labels = cell_labels(simulation_.lattice(), simulation_.scene().body.labels);
+    const std::span<const Vector3> rest = simulation_.rest_positions();
+    std::vector<Vector3> points(rest.begin(), rest.end());
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            points[n][a] += u[n][a];
+        }
+    }
+    const std::vector<VtuObstacle> obstacles = drawn_obstacles(simulation_);
+    if (cut_cells_ > 0) {
+        auto cells = cells_;
+        drop_bare_nodes(points, u, v, cells);
+        write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, obstacles});
+    } else {
+        write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels, obstacles});
+    }
+    frames_.emplace_back(simulation_.time(), name);
+
+    char time[40];
+    std::snprintf(time, sizeof time, "%.9g", simulation_.time());
+    std::string row = time;
+    for (const ProbeReading& probe : probes) {
+        append(row, probe.force);
+        append(row, probe.torque);
+        append(row, probe.mean_displacement);
+    }
+    row += "\n";
+    probes_.stream() << row;
+    rows_ += row;
+}
+
+void Results::finish(const Summary& summary) {
+    const std::string text = summary_json(summary); // first: where it is refused, nothing is put in place
+    write_pvd(directory_ / "body.pvd", frames_);
+    probes_.commit();
+    write_file(directory_ / "summary.json", text);
+}
+
+} // namespace hybmss

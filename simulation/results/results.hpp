@@ -1,0 +1,74 @@
+#pragma once
+
+/// \file
+/// The output directory of a run: body_NNNN.vtu, body.pvd, probes.csv, summary.json.
+
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/results/atomic_file.hpp"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hybmss {
+
+/// A result that is not finite, and so not written.
+struct NotFinite : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A directory, made where it is missing, that no other process may have as its own at the same time.
+class OwnedDirectory {
+public:
+    /// Throws std::runtime_error where it cannot be made or is in use.
+    explicit OwnedDirectory(std::filesystem::path path);
+    OwnedDirectory(const OwnedDirectory&) = delete;
+    OwnedDirectory& operator=(const OwnedDirectory&) = delete;
+    ~OwnedDirectory();
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+    int descriptor_;
+};
+
+/// Keeps the results of one simulation in a directory, which is its own meanwhile. Files of the same names are
+/// replaced; those that a run writes at its end are removed at its start, so that a run that does not reach its end is
+/// not taken for an earlier one. Throws std::runtime_error where something cannot be written, NotFinite where it would
+/// hold a value that is not finite.
+class Results {
+public:
+    /// `before`: what state() gave when a run was stopped that this one goes on with.
+    Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before = "");
+
+    /// The present state: one .vtu file, one row of probes.csv.
+    void record();
+
+    /// What was recorded, for one that goes on from here. The .vtu files are not in it: they are in the directory.
+    std::string state() const;
+
+    /// Puts body.pvd, probes.csv and summary.json in place.
+    void finish(const Summary& summary);
+
+private:
+    static std::string frame_name(std::size_t frame);
+
+    OwnedDirectory owned_;
+    std::filesystem::path directory_;
+    const Simulation& simulation_;
+    std::vector<std::array<std::uint32_t, 8>> cells_; ///< those present at cut_cells_
+    std::size_t cut_cells_;
+    std::vector<std::pair<double, std::string>> frames_;
+    AtomicFile probes_;
+    std::string rows_; ///< of probes.csv
+};
+
+/// The text of summary.json. Throws NotFinite for a value that is not finite.
+std::string summary_json(const Summary& summary);
+
+} // namespace hybmss

@@ -1,0 +1,117 @@
+#include "simulation/results/results.hpp"
+
+#include "hybmss/version.hpp"
+#include "simulation/results/plan_json.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void require_finite(const Json& value) {
+    if (value.is_number_float() && !std::isfinite(value.get<double>())) {
+        throw NotFinite("summary.json would hold a value that is not finite: not written");
+    }
+    if (value.is_structured()) {
+        for (const auto& item : value) {
+            require_finite(item);
+        }
+    }
+}
+
+Json balance_json(const EnergyBalance& b) {
+    return {
+        {"work", {{"supports", b.supports}, {"loads", b.loads}, {"gravity", b.gravity}, {"obstacles", b.obstacles}}},
+        {"change", {{"kinetic", b.kinetic}, {"elastic", b.elastic}, {"effects", b.effects}}},
+        {"dissipated", {{"mass_damping", b.mass_damping}, {"effects", b.effects_dissipated}}},
+        {"imbalance", b.imbalance()},
+        {"relative_imbalance", b.relative_imbalance()}};
+}
+
+Json accuracy_json(const AccuracyReport& a) {
+    Json json = {{"wanted", a.wanted},       {"error_estimate", a.error_estimate},
+                 {"reached", a.reached()},   {"quantity", a.quantity},
+                 {"order", a.order},         {"free_mesh", a.free_mesh},
+                 {"tolerance", a.tolerance}, {"precision", name(a.precision)},
+                 {"kernel", name(a.kernel)}};
+    json["meshes"] = Json::array();
+    for (const AccuracyMesh& mesh : a.meshes) {
+        json["meshes"].push_back({{"cells", mesh.cells}, {"cell_size", mesh.cell_size}, {"seconds", mesh.seconds}});
+        if (std::isfinite(mesh.error_estimate)) {
+            json["meshes"].back()["error_estimate"] = mesh.error_estimate;
+        }
+    }
+    json["offers"] = Json::array();
+    for (const AccuracyOffer& offer : a.offers) {
+        json["offers"].push_back({{"accuracy", offer.accuracy},
+                                  {"precision", name(offer.precision)},
+                                  {"kernel", name(offer.kernel)},
+                                  {"tolerance", offer.tolerance},
+                                  {"cells", offer.cells},
+                                  {"cell_size", offer.cell_size},
+                                  {"bytes", offer.bytes},
+                                  {"seconds", offer.seconds},
+                                  {"fits", offer.fits}});
+    }
+    return json;
+}
+
+} // namespace
+
+std::string summary_json(const Summary& summary) {
+    Json json;
+    json["converged"] = summary.converged;
+    json["failure"] = summary.failure;
+    json["relative_volume_change"] = summary.volume.relative_volume_change;
+    json["min_cell_volume_ratio"] = summary.volume.min_cell_volume_ratio;
+    json["max_cell_volume_ratio"] = summary.volume.max_cell_volume_ratio;
+    json["energy"] = {{"springs", summary.energies.springs},
+                      {"volume", summary.energies.volume},
+                      {"kinetic", summary.energies.kinetic},
+                      {"external", summary.energies.external},
+                      {"removed", summary.energies.removed}};
+    for (const EffectEnergy& effect : summary.energies.effects) {
+        json["effects"][effect.name] = {{"stored", effect.stored}, {"dissipated", effect.dissipated}};
+    }
+    if (summary.balance) {
+        json["energy_balance"] = balance_json(*summary.balance);
+    }
+    if (summary.accuracy) {
+        json["accuracy"] = accuracy_json(*summary.accuracy);
+    }
+    for (const auto& [name, reading] : summary.obstacles) {
+        json["obstacles"][name] = {{"force", reading.force},
+                                   {"torque", reading.torque},
+                                   {"nodes", reading.nodes},
+                                   {"depth", reading.depth},
+                                   {"greatest_depth", reading.greatest_depth}};
+    }
+    json["probes"] = Json::object();
+    for (const ProbeReading& probe : summary.probes) {
+        json["probes"][probe.name] = {{"force", probe.force},
+                                      {"torque", probe.torque},
+                                      {"mean_displacement", probe.mean_displacement},
+                                      {"max_displacement", probe.max_displacement}};
+    }
+    json["removed_cells"] = summary.removed_cells;
+    json["warnings"] = summary.warnings;
+    json["steps"] = summary.steps;
+    json["iterations"] = summary.work.newton_iterations;
+    json["cg_iterations"] = summary.work.cg_iterations;
+    json["preconditioner"] = summary.work.preconditioner;
+    json["residual"] = summary.settlement.residual;
+    json["kinetic_ratio"] = summary.settlement.kinetic_ratio;
+    json["time"] = summary.time;
+    json["time_step"] = summary.time_step;
+    json["critical_time_step"] = summary.critical_time_step;
+    json["wall_seconds"] = summary.wall_seconds;
+    json["plan"] = plan_json(summary.plan);
+    json["version"] = kVersion;
+    require_finite(json);
+    return json.dump(2) + "\n";
+}
+
+} // namespace hybmss

@@ -1,0 +1,42 @@
+#pragma once
+
+/// \file
+/// VTK's XML format for unstructured grids: hexahedra with nodal vectors and one value a cell.
+
+#include "simulation/run/motion.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hybmss {
+
+/// A rigid obstacle: what it is, how large, and where.
+struct VtuObstacle {
+    double kind;  ///< 0: plane, 1: sphere, 2: box
+    Vector3 size; ///< the plane's normal; the sphere's radius, 0, 0; the box's edges
+    Vector3 position;
+    std::array<double, 9> rotation; ///< row by row: from the obstacle's axes to space
+};
+
+/// What one .vtu file holds. Corners by the bits of their number (bit 0: high side in x, bit 1: y, bit 2: z).
+struct VtuGrid {
+    std::span<const Vector3> points; ///< deformed positions, m
+    std::span<const std::array<std::uint32_t, 8>> cells;
+    std::span<const Vector3> displacement;       ///< m, one a point
+    std::span<const Vector3> velocity;           ///< m/s, one a point
+    std::span<const double> volume_ratio;        ///< one a cell
+    std::span<const std::uint8_t> label;         ///< one a cell, or none
+    std::span<const VtuObstacle> obstacles = {}; ///< as the field array "obstacles": the 16 numbers of each
+};
+
+/// Binary (appended raw data, little endian as the machine is), written whole or not at all.
+void write_vtu(const std::filesystem::path& path, const VtuGrid& grid);
+
+/// The list of (time in s, file name) that ParaView opens as one animation.
+void write_pvd(const std::filesystem::path& path, std::span<const std::pair<double, std::string>> frames);
+
+} // namespace hybmss

@@ -1,0 +1,98 @@
+#include "simulation/run/dynamics_state.hpp"
+
+#include <algorithm>
+
+namespace hybmss {
+namespace {
+
+/// What get(dynamics, field) writes.
+template <class T, template <class> class Dynamics, class Get>
+std::vector<Vector3> read(const Dynamics<T>& dynamics, const Get& get) {
+    const std::size_t size = dynamics.node_count();
+    std::vector<T> values(3 * size);
+    get(dynamics, VectorField<T>::aos(values.data(), size));
+    std::vector<Vector3> out(size);
+    for (std::size_t n = 0; n < size; ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            out[n][a] = static_cast<double>(values[3 * n + a]);
+        }
+    }
+    return out;
+}
+
+template <class T>
+std::vector<T> interleaved(std::span<const Vector3> in) {
+    std::vector<T> values;
+    values.reserve(3 * in.size());
+    for (const Vector3& v : in) {
+        std::transform(v.begin(), v.end(), std::back_inserter(values), [](double x) { return static_cast<T>(x); });
+    }
+    return values;
+}
+
+template <class T, template <class> class Dynamics>
+void write(Dynamics<T>& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {
+    const std::vector<T> u = interleaved<T>(displacements), v = interleaved<T>(velocities);
+    dynamics.set_displacements(VectorField<const T>::aos(u.data(), displacements.size()));
+    dynamics.set_velocities(VectorField<const T>::aos(v.data(), velocities.size()));
+}
+
+} // namespace
+
+AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
+                          const SimulationOptions& options) {
+    const bool single = options.precision == Precision::float32;
+    if (method == SolverMethod::symplectic_euler) {
+        return single ? AnyDynamics(ExplicitDynamics<float>(lattice, material, options.plan))
+                      : AnyDynamics(ExplicitDynamics<double>(lattice, material, options.plan));
+    }
+    return single ? AnyDynamics(ImplicitDynamics<float>(lattice, material, options.plan))
+                  : AnyDynamics(ImplicitDynamics<double>(lattice, material, options.plan));
+}
+
+std::vector<Vector3> displacements_of(const AnyDynamics& dynamics) {
+    return std::visit(
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_displacements(out); }); },
+        dynamics);
+}
+
+std::vector<Vector3> velocities_of(const AnyDynamics& dynamics) {
+    return std::visit(
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_velocities(out); }); },
+        dynamics);
+}
+
+std::vector<Vector3> forces_of(const AnyDynamics& dynamics) {
+    std::vector<Vector3> forces = std::visit(
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_forces(out); }); }, dynamics);
+    if (effect_energies_of(dynamics).empty()) {
+        return forces;
+    }
+    const std::vector<Vector3> others = std::visit(
+        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_effect_forces(out); }); },
+        dynamics);
+    for (std::size_t n = 0; n < others.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            forces[n][a] += others[n][a];
+        }
+    }
+    return forces;
+}
+
+std::vector<EffectEnergy> effect_energies_of(const AnyDynamics& dynamics) {
+    return std::visit([](const auto& d) { return d.effect_energies(); }, dynamics);
+}
+
+std::vector<double> effect_memory_of(const AnyDynamics& dynamics) {
+    return std::visit([](const auto& d) { return d.effect_memory(); }, dynamics);
+}
+
+void set_effect_memory(AnyDynamics& dynamics, std::span<const double> memory) {
+    std::visit([&](auto& d) { d.set_effect_memory(memory); }, dynamics);
+}
+
+void set_state(AnyDynamics& dynamics, std::span<const Vector3> displacements, std::span<const Vector3> velocities) {
+    std::visit([&](auto& d) { write(d, displacements, velocities); }, dynamics);
+}
+
+} // namespace hybmss

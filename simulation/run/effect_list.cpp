@@ -1,0 +1,207 @@
+#include "simulation/run/effect_list.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace hybmss {
+namespace {
+
+template <class... Values>
+std::string format(const char* pattern, Values... values) {
+    char buffer[256];
+    std::snprintf(buffer, sizeof buffer, pattern, values...);
+    return buffer;
+}
+
+bool always(const Scene&) {
+    return true;
+}
+std::string never_absent(const Scene&) {
+    return "";
+}
+
+std::string edges(const Simulation& s) {
+    return format("%zu: every cell has them", s.lattice().merged_springs(false).edges);
+}
+std::string cube_diagonals(const Simulation& s) {
+    return format("%zu: every cell has them", s.lattice().merged_springs(false).cube_diagonals);
+}
+std::string face_diagonals(const Simulation& s) {
+    return format("%zu: face_diagonal_ratio = %g > 0", s.lattice().merged_springs(true).face_diagonals,
+                  s.scene().material.face_diagonal_ratio);
+}
+
+std::string volume_force(const Simulation& s) {
+    const Material& material = s.scene().material;
+    const bool quadratic = resolved_volume_energy(material) == VolumeEnergy::quadratic;
+    const char* why = material.volume_energy != VolumeEnergy::automatic ? "as asked"
+                      : quadratic                                       ? "automatic: poisson_ratio >= 0.25"
+                                                                        : "automatic: poisson_ratio < 0.25";
+    return format("%s energy (%s); poisson_ratio = %g makes kappa = %.6g Pa", quadratic ? "quadratic" : "mean stretch",
+                  why, material.poisson_ratio, volume_modulus(material));
+}
+
+std::string no_volume_force(const Scene& scene) {
+    return volume_modulus(scene.material) == 0 ? "kappa = 0 at poisson_ratio = 0.25: the springs alone are right there"
+                                               : "volume_energy = \"none\" (HybMSS-CF)";
+}
+
+std::string gravity(const Simulation& s) {
+    const auto& g = s.scene().gravity.acceleration;
+    return format("(%g, %g, %g) m/s^2", g[0], g[1], g[2]);
+}
+
+std::string prescribed_motion(const Simulation& s) {
+    double over = 0;
+    for (const Move& move : s.scene().moves) {
+        over = std::max(over, move.over);
+    }
+    std::string text = format("%zu nodes, by %zu [[move]]", s.moved_node_count(), s.scene().moves.size());
+    if (s.scene().solver.method != SolverMethod::static_equilibrium) {
+        text += format(", over %g s", over);
+    }
+    return text;
+}
+
+std::string contact(const Simulation& s) {
+    const std::vector<SceneObstacle>& obstacles = s.scene().obstacles;
+    const auto rough =
+        std::count_if(obstacles.begin(), obstacles.end(), [](const SceneObstacle& o) { return o.friction > 0; });
+    return format("%zu surface nodes with %zu [[obstacle]], %td with friction", surface_nodes(s.lattice()).size(),
+                  obstacles.size(), rough);
+}
+
+/// A rough floor that the body's lower face touches.
+void add_ground(Scene& scene) {
+    SceneObstacle ground;
+    ground.shape = PlaneShape{{0, 1, 0}};
+    ground.position = scene.body.origin;
+    ground.friction = 0.5;
+    scene.obstacles.push_back(ground);
+}
+
+constexpr EffectRule kEffects[] = {
+    {"edge springs", "every body", "part of the sweep over the cells", "", "3 numbers a node", true, always, edges,
+     never_absent, nullptr, nullptr},
+    {"cube diagonals", "every body", "part of the sweep", "", "1 number a node", true, always, cube_diagonals,
+     never_absent, nullptr, nullptr},
+    {"face diagonals", "`material.face_diagonal_ratio` > 0, the default", "a variant of the sweep", "",
+     "3 numbers a node", true, [](const Scene& s) { return s.material.face_diagonal_ratio > 0; }, face_diagonals,
+     [](const Scene&) { return std::string("face_diagonal_ratio = 0 (HybMSS-FD)"); },
+     [](Scene& s) { s.material.face_diagonal_ratio = 1; }, [](Scene& s) { s.material.face_diagonal_ratio = 0; }},
+    {"volume force", "`material.poisson_ratio` other than 1/4, unless `volume_energy = \"none\"`",
+     "a variant of the sweep", "", "nothing", true,
+     [](const Scene& s) { return resolved_volume_energy(s.material) != VolumeEnergy::none; }, volume_force,
+     no_volume_force,
+     [](Scene& s) {
+         s.material.poisson_ratio = 0.4;
+         s.material.volume_energy = VolumeEnergy::automatic;
+     },
+     [](Scene& s) { s.material.volume_energy = VolumeEnergy::none; }},
+    {"stiffening springs", "`material.stiffening_quadratic`, `stiffening_cubic`",
+     "a sweep over the springs, and a kick of the velocities", "spring_pass<stiffening>, kick", "3 numbers a node",
+     true, [](const Scene& s) { return s.material.stiffening.any(); },
+     [](const Simulation& s) {
+         const SpringStiffening& law = s.scene().material.stiffening;
+         return format("force k l (e + %g e^2 + %g e^3) at the strain e", law.quadratic, law.cubic);
+     },
+     [](const Scene&) { return std::string("no material.stiffening_quadratic or stiffening_cubic, or zero"); },
+     [](Scene& s) {
+         s.material.stiffening = {1, 2};
+     },
+     [](Scene& s) { s.material.stiffening = {}; }},
+    {"gravity", "`[gravity]`", "a variant of the sweep, with mass damping", "", "nothing", true,
+     [](const Scene& s) {
+         return s.gravity.acceleration != std::array<double, 3>{0, 0, 0};
+     },
+     gravity, [](const Scene&) { return std::string("no [gravity], or zero"); },
+     [](Scene& s) {
+         s.gravity.acceleration = {0, -10, 0};
+     },
+     [](Scene& s) {
+         s.gravity.acceleration = {0, 0, 0};
+     }},
+    {"inertia", "a solver in time", "part of the sweep", "", "4 numbers a node: velocities, masses", false, always,
+     [](const Simulation& s) { return std::string(name(s.scene().solver.method)); }, never_absent, nullptr, nullptr},
+    {"mass damping", "`damping.mass`", "a variant of the sweep, with gravity", "", "nothing", false,
+     [](const Scene& s) { return s.damping.mass > 0; },
+     [](const Simulation& s) { return format("%g 1/s", s.scene().damping.mass); },
+     [](const Scene&) { return std::string("no damping.mass, or zero"); }, [](Scene& s) { s.damping.mass = 2; },
+     [](Scene& s) { s.damping.mass = 0; }},
+    {"stiffness damping", "`damping.stiffness`", "a sweep over the springs, and a kick of the velocities",
+     "spring_pass<damping>, kick", "3 numbers a node", false, [](const Scene& s) { return s.damping.stiffness > 0; },
+     [](const Simulation& s) { return format("%g s", s.scene().damping.stiffness); },
+     [](const Scene&) { return std::string("no damping.stiffness, or zero"); },
+     [](Scene& s) { s.damping.stiffness = 1e-4; }, [](Scene& s) { s.damping.stiffness = 0; }},
+    {"loads", "`[[load]]`", "a pass over the loaded components", "a loop over components",
+     "24 bytes a component (float: 16)", true, [](const Scene& s) { return !s.loads.empty(); },
+     [](const Simulation& s) { return format("%zu [[load]]", s.scene().loads.size()); },
+     [](const Scene&) { return std::string("no [[load]]"); },
+     [](Scene& s) {
+         s.loads.push_back({FaceRegion{1, true}, {0, -1, 0}});
+     },
+     [](Scene& s) { s.loads.clear(); }},
+    {"cutting", "`[[cut]]`", "nothing between bites", "", "the removed cells' numbers", false,
+     [](const Scene& s) { return !s.cuts.empty(); },
+     [](const Simulation& s) { return format("%zu [[cut]]", s.scene().cuts.size()); },
+     [](const Scene&) { return std::string("no [[cut]]"); },
+     [](Scene& s) {
+         s.cuts.push_back({BoxRegion{{-1, -1, -1}, {0, 0, 0}}, {0, 0, 0}, 1e6});
+     },
+     [](Scene& s) { s.cuts.clear(); }},
+    {"contact", "`[[obstacle]]`", "a pass over the surface nodes that may touch, and a kick of their velocities",
+     "a loop over surface nodes", "40 bytes a surface node; 56 more by each obstacle with friction", false,
+     [](const Scene& s) { return !s.obstacles.empty(); }, contact,
+     [](const Scene&) { return std::string("no [[obstacle]]"); }, add_ground, [](Scene& s) { s.obstacles.clear(); }},
+    {"fixed nodes", "`[[fix]]`", "a pass over the held components", "a loop over components",
+     "32 bytes a component (float: 24)", true, [](const Scene& s) { return !s.fixes.empty(); },
+     [](const Simulation& s) {
+         return format("%zu nodes, by %zu [[fix]]", s.fixed_node_count(), s.scene().fixes.size());
+     },
+     [](const Scene&) { return std::string("no [[fix]]"); },
+     [](Scene& s) {
+         s.fixes.push_back({FaceRegion{1, false}, kAllAxes});
+     },
+     [](Scene& s) { s.fixes.clear(); }},
+    {"prescribed motion", "`[[move]]`", "likewise; while it moves, steps one by one", "a loop over components",
+     "32 bytes a component (float: 24)", true, [](const Scene& s) { return !s.moves.empty(); }, prescribed_motion,
+     [](const Scene&) { return std::string("no [[move]]"); },
+     [](Scene& s) {
+         s.moves.push_back({FaceRegion{1, true}, kAllAxes, std::array<double, 3>{0, -0.01, 0}, 0});
+     },
+     [](Scene& s) { s.moves.clear(); }},
+};
+
+} // namespace
+
+std::string EffectRule::reason(const Simulation& simulation) const {
+    if (in(simulation.scene())) {
+        return amount(simulation);
+    }
+    return asked(simulation.scene()) ? "static: nothing moves" : absence(simulation.scene());
+}
+
+std::span<const EffectRule> effect_rules() {
+    return kEffects;
+}
+
+Scene without(const Scene& scene, const EffectRule& effect) {
+    Scene rest = scene;
+    effect.remove(rest);
+    rest.solver.time_step.reset();
+    return rest;
+}
+
+std::string effects_markdown() {
+    std::string text = "| effect | called for by | in an explicit step | holds | static |\n|---|---|---|---|---|\n";
+    for (const EffectRule& effect : kEffects) {
+        for (std::string_view cell : {effect.name, effect.called_for, effect.pass, effect.holds,
+                                      std::string_view(effect.in_static ? "yes" : "never")}) {
+            text.append("| ").append(cell).append(" ");
+        }
+        text += "|\n";
+    }
+    return text;
+}
+
+} // namespace hybmss

@@ -1,0 +1,75 @@
+#pragma once
+
+/// \file
+/// Where a run's energy comes from and goes to.
+
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/run/motion.hpp"
+
+#include <span>
+#include <vector>
+
+namespace hybmss {
+
+/// What an energy meter looks at after every step.
+struct MeteredState {
+    std::vector<Vector3> displacements; ///< m
+    std::vector<Vector3> forces;        ///< N: the body's own and those of effects
+    std::vector<PrescribedNode> held;
+    std::vector<Vector3> accelerations; ///< m/s^2, of the held
+    struct Obstacle {
+        Vector3 position, angle; ///< m and rad
+        Vector3 force, torque;   ///< N and N m, that it exerts on the body
+    };
+    std::vector<Obstacle> obstacles;
+    double elastic = 0; ///< J
+    std::vector<EffectEnergy> effects;
+};
+
+/// Adds up works and losses of semi-implicit Euler steps. With w = (u - u_before)/dt the step is the leapfrog method's,
+/// which conserves 1/2 m w . w_next + potential where forces are linear. Works are trapezoidal to match, F_n doing its
+/// work over (u_next - u_before)/2, so that nothing is lost by accounting but the third order of a step.
+class EnergyMeter {
+public:
+    /// Constants of the run. The spans outlive the meter.
+    struct Constants {
+        double time_step; ///< s
+        std::span<const double> masses;
+        Vector3 gravity;                ///< m/s^2
+        double mass_damping;            ///< 1/s
+        std::span<const Vector3> loads; ///< N, one a node, or none
+    };
+
+    /// `velocities` at the start.
+    EnergyMeter(const Constants& constants, MeteredState start, std::vector<Vector3> velocities);
+
+    /// After each step.
+    void record(MeteredState state);
+    /// Up to the last state.
+    EnergyBalance balance() const;
+
+    /// All that it knows, for a checkpoint.
+    std::vector<double> memory() const;
+    /// Goes on from where a meter of the same scene was: `last` is the state as it was then. Throws std::runtime_error
+    /// for another count of numbers.
+    void set_memory(std::span<const double> memory, MeteredState last);
+
+private:
+    struct Works {
+        double supports = 0, mass_damping = 0, obstacles = 0;
+    };
+    /// Works of the forces at the last state over half the way to it and half the way on, whose velocity is `next`.
+    void add_works(std::span<const Vector3> next, double before, double after, Works& works) const;
+    std::vector<Vector3> predicted() const;
+    double kinetic(std::span<const Vector3> next) const;
+
+    Constants constants_;
+    MeteredState last_;
+    std::vector<Vector3> start_, velocity_; ///< w at the last state
+    bool begun_ = false;
+    Works works_;
+    double start_kinetic_ = 0, start_elastic_, peak_kinetic_ = 0;
+    std::vector<EffectEnergy> start_effects_;
+};
+
+} // namespace hybmss

@@ -1,0 +1,135 @@
+#include "simulation/run/memory.hpp"
+
+#include "simulation/scene/scene_lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+namespace hybmss {
+namespace {
+
+std::string gigabytes(double bytes) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g GB", bytes / 1e9);
+    return text;
+}
+
+double grid_nodes(const Body& body) {
+    double nodes = 1;
+    for (std::int64_t n : body.cells) {
+        nodes *= static_cast<double>(n) + 1;
+    }
+    return nodes;
+}
+
+/// How much of its grid a body takes.
+struct Extent {
+    double grid_nodes, cells, nodes;
+    double lanes; ///< of the layout active-rows, its rows along x
+};
+
+Extent full_extent(const Body& body) {
+    constexpr double kLanes = 16;
+    Extent extent{grid_nodes(body), 1, 0, 0};
+    for (std::int64_t n : body.cells) {
+        extent.cells *= static_cast<double>(n);
+    }
+    const double row = static_cast<double>(body.cells[0]) + 1;
+    extent.nodes = extent.grid_nodes;
+    extent.lanes = extent.nodes * kLanes * std::ceil(row / kLanes) / row;
+    return extent;
+}
+
+/// Row by row of nodes: a node is there where one of the four rows of cells around its row has a cell beside it.
+Extent labelled_extent(const Body& body) {
+    constexpr std::size_t kLanes = 16;
+    const std::int64_t ny = body.cells[1], nz = body.cells[2];
+    const auto nx = static_cast<std::size_t>(body.cells[0]);
+    Extent extent{grid_nodes(body), 0, 0, 0};
+    for (std::uint8_t label : body.labels) {
+        extent.cells += label != 0;
+    }
+    std::vector<std::uint8_t> around(nx + 2); // cell i of the four rows together, at i + 1
+    for (std::int64_t k = 0; k <= nz; ++k) {
+        for (std::int64_t j = 0; j <= ny; ++j) {
+            std::fill(around.begin(), around.end(), std::uint8_t{0});
+            for (std::int64_t z = std::max<std::int64_t>(k - 1, 0); z <= std::min(k, nz - 1); ++z) {
+                for (std::int64_t y = std::max<std::int64_t>(j - 1, 0); y <= std::min(j, ny - 1); ++y) {
+                    const std::uint8_t* row = body.labels.data() + nx * static_cast<std::size_t>(y + ny * z);
+                    for (std::size_t i = 0; i < nx; ++i) {
+                        around[i + 1] |= row[i];
+                    }
+                }
+            }
+            for (std::size_t begin = 0; begin <= nx; begin += kLanes) {
+                int nodes = 0;
+                for (std::size_t n = begin; n < std::min(begin + kLanes, nx + 1); ++n) {
+                    nodes += (around[n] | around[n + 1]) != 0;
+                }
+                extent.nodes += nodes;
+                extent.lanes += nodes > 0 ? static_cast<double>(kLanes) : 0;
+            }
+        }
+    }
+    return extent;
+}
+
+} // namespace
+
+double estimated_bytes(const Body& body, const SimulationOptions& options) {
+    const Extent extent = body.labels.empty() ? full_extent(body) : labelled_extent(body);
+    const double real = options.precision == Precision::float32 ? 4 : 8;
+    const std::string& layout = options.plan.layout;
+    // The grid: a label and a scale a cell, the number of a node while the body's are counted.
+    double bytes = 9 * extent.grid_nodes;
+    // The body's nodes, in double: rest positions, masses, the last good state, and one copy for results; cell corners.
+    // While a result is written: positions, displacements, velocities, corners, and the file's text.
+    bytes += extent.nodes * (8 * (3 + 1 + 6 + 9) + 40 + 300);
+    // The plan: nine components of state and force, up to eight weights. A node of sparse rows may be a run of its own.
+    const double dense = 17 * real * extent.grid_nodes, sparse = 17 * real * extent.lanes + 24 * extent.nodes;
+    if (layout == "active-rows") {
+        bytes += sparse;
+    } else if (layout == "flat-rows" || layout == "gather-rows") {
+        bytes += dense;
+    } else if (layout.empty()) {
+        bytes += 2 * extent.cells <= extent.grid_nodes ? std::min(sparse, dense) : dense;
+    } else {
+        // Every other layout is a network's. 13 springs and one cell a node: as given, coloured, and while they are
+        // sorted.
+        bytes += extent.nodes * (17 * real + 13 * 2 * 48.0 + 2 * 64.0);
+    }
+    return bytes;
+}
+
+double available_bytes() {
+    std::ifstream meminfo("/proc/meminfo");
+    std::string key;
+    double kilobytes = 0;
+    while (meminfo >> key) {
+        if (key == "MemAvailable:" && meminfo >> kilobytes) {
+            return 1024 * kilobytes;
+        }
+    }
+    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    return pages > 0 && page > 0 ? static_cast<double>(pages) * static_cast<double>(page) : HUGE_VAL;
+}
+
+void check_size(const Scene& scene, const SimulationOptions& options, double available) {
+    constexpr double kMostNodes = 1e9; // what Lattice can number
+    const double bytes = estimated_bytes(scene.body, options);
+    if (bytes > available) {
+        throw scene_error(scene, body_key(scene.body),
+                          "these cells need about " + gigabytes(bytes) + " of memory; this machine has " +
+                              gigabytes(available) + " available");
+    }
+    if (grid_nodes(scene.body) > kMostNodes) {
+        throw scene_error(scene, body_key(scene.body), "these cells make more than the 1e9 nodes that are allowed");
+    }
+}
+
+} // namespace hybmss

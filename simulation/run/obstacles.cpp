@@ -1,0 +1,109 @@
+#include "simulation/run/obstacles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+namespace hybmss {
+namespace {
+
+bool moves(const SceneObstacle& entry) {
+    return entry.translate || entry.rotate;
+}
+
+/// The rotation by `angle` about a coordinate axis, row by row.
+std::array<double, 9> rotation_about(int axis, double angle) {
+    const auto n = static_cast<std::size_t>(axis), i = (n + 1) % 3, j = (n + 2) % 3;
+    std::array<double, 9> r{};
+    r[3 * n + n] = 1;
+    r[3 * i + i] = r[3 * j + j] = std::cos(angle);
+    r[3 * j + i] = std::sin(angle);
+    r[3 * i + j] = -r[3 * j + i];
+    return r;
+}
+
+/// Nodes alone touch obstacles, and a node in an obstacle is pushed out on the nearest side.
+void check_size(const Scene& scene, std::size_t number) {
+    const std::string path = "obstacle[" + std::to_string(number) + "].";
+    const double h = scene.body.cell_size;
+    const ObstacleShape& shape = scene.obstacles[number].shape;
+    if (const auto* sphere = std::get_if<SphereShape>(&shape); sphere && sphere->radius < h) {
+        throw scene_error(scene, path + "sphere.radius",
+                          "it must be at least the cell size, " + std::to_string(h) +
+                              " m: a smaller sphere slips between the body's nodes");
+    }
+    if (const auto* box = std::get_if<BoxShape>(&shape);
+        box && *std::min_element(box->size.begin(), box->size.end()) < h) {
+        throw scene_error(scene, path + "box",
+                          "every edge must be at least the cell size, " + std::to_string(h) +
+                              " m, long: the body's nodes may pass through a thinner box, or it between them");
+    }
+}
+
+} // namespace
+
+Obstacles::Obstacles(const Scene& scene, double body_time_step)
+    : entries_(scene.obstacles), cell_size_(scene.body.cell_size) {
+    if (!entries_.empty() && scene.solver.method != SolverMethod::symplectic_euler) {
+        throw scene_error(scene, "solver.method",
+                          "a scene with [[obstacle]] must be solved by \"symplectic-euler\": contact is computed in "
+                          "explicit steps only");
+    }
+    for (std::size_t o = 0; o < entries_.size(); ++o) {
+        const SceneObstacle& entry = entries_[o];
+        check_size(scene, o);
+        // On a flat surface a node with c cells around it has the mass rho h^3 c/8 and the area h^2 c/4.
+        const double stiffness = entry.stiffness
+                                     ? *entry.stiffness * 2 / (scene.material.density * scene.body.cell_size)
+                                     : 1 / (body_time_step * body_time_step);
+        obstacles_.push_back({entry.shape, {.position = entry.position}, entry.friction, stiffness});
+        if (moves(entry)) {
+            end_of_motion_ = std::max(end_of_motion_, entry.over);
+        }
+        if (entry.velocity != Vector3{0, 0, 0}) {
+            end_of_motion_ = std::numeric_limits<double>::infinity();
+        }
+    }
+    poses_.resize(entries_.size());
+    angles_.resize(entries_.size());
+    at(0);
+    for (std::size_t o = 0; o < entries_.size(); ++o) {
+        obstacles_[o].pose = poses_[o];
+    }
+}
+
+std::span<const RigidPose> Obstacles::at(double time) {
+    for (std::size_t o = 0; o < entries_.size(); ++o) {
+        const SceneObstacle& entry = entries_[o];
+        const Ramp s = ramp(time, entry.over);
+        RigidPose& pose = poses_[o];
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double way = entry.translate ? (*entry.translate)[a] : 0;
+            pose.position[a] = entry.position[a] + s.value * way + entry.velocity[a] * time;
+            pose.velocity[a] = s.rate * way + entry.velocity[a];
+        }
+        if (entry.rotate) {
+            const double whole = entry.rotate->degrees * std::numbers::pi / 180;
+            const auto axis = static_cast<std::size_t>(entry.rotate->axis);
+            angles_[o][axis] = s.value * whole;
+            pose.angular_velocity[axis] = s.rate * whole;
+            pose.rotation = rotation_about(entry.rotate->axis, s.value * whole);
+        }
+    }
+    return poses_;
+}
+
+double Obstacles::greatest_good_depth(std::size_t obstacle) const {
+    const ObstacleShape& shape = obstacles_[obstacle].shape;
+    double middle = std::numeric_limits<double>::infinity();
+    if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+        middle = sphere->radius;
+    } else if (const auto* box = std::get_if<BoxShape>(&shape)) {
+        middle = *std::min_element(box->size.begin(), box->size.end()) / 2;
+    }
+    return std::min(cell_size_, middle / 2);
+}
+
+} // namespace hybmss

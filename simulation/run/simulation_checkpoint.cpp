@@ -1,0 +1,183 @@
+#include "hybmss/version.hpp"
+#include "simulation/run/checkpoint_file.hpp"
+#include "simulation/geometry/digest.hpp"
+#include "simulation/scene/one_line.hpp"
+#include "simulation/run/simulation_implementation.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace hybmss {
+namespace {
+
+void require_version(const CheckpointSections& sections) {
+    if (const std::string& version = sections.text("version"); version != kVersion) {
+        throw std::runtime_error("it was written by hybmss " + version + ", this is " + std::string(kVersion) +
+                                 ": only the same version goes on with the same bits");
+    }
+}
+
+/// A surface file may be moved in space, and the cells made from it are the same.
+void require_origin(const CheckpointSections& sections, const Body& body) {
+    if (!sections.has("origin")) {
+        if (body.origin != std::array<double, 3>{0, 0, 0}) {
+            throw std::runtime_error("it is an older one, which does not tell where the body lies");
+        }
+        return;
+    }
+    const std::vector<double> origin = sections.values<double>("origin", 3);
+    if (!std::equal(origin.begin(), origin.end(), body.origin.begin())) {
+        throw std::runtime_error("it belongs to a body that lies elsewhere: " + body.surface +
+                                 " was moved since it was written");
+    }
+}
+
+// A digest guards against damage, not against a file that was made wrong: no number may lead out of an array.
+
+std::vector<std::uint32_t> removed_cells(const CheckpointSections& sections, std::size_t cells) {
+    std::vector<std::uint32_t> removed = sections.values<std::uint32_t>("removed");
+    for (const std::uint32_t cell : removed) {
+        if (cell >= cells) {
+            throw std::runtime_error("its removed cell " + std::to_string(cell) + " is none of the body's " +
+                                     std::to_string(cells));
+        }
+    }
+    return removed;
+}
+
+/// Of each cut; a scene has at most 1e9.
+std::vector<double> bites_done(const CheckpointSections& sections, std::size_t cuts) {
+    std::vector<double> done = sections.values<double>("bites", cuts);
+    for (const double bites : done) {
+        if (!(bites >= 0 && bites <= 2e9)) {
+            throw std::runtime_error("its section \"bites\" counts " + std::to_string(bites));
+        }
+    }
+    return done;
+}
+
+/// Steps, outputs, files, Newton and conjugate gradient iterations: counted on, so far from what a number can hold.
+/// -1: no file yet.
+std::vector<std::int64_t> counts_of_run(const CheckpointSections& sections) {
+    constexpr std::int64_t kMost = std::int64_t{1} << 53;
+    std::vector<std::int64_t> counts = sections.values<std::int64_t>("run", 5);
+    for (const std::int64_t count : counts) {
+        if (count < -1 || count > kMost) {
+            throw std::runtime_error("its section \"run\" counts " + std::to_string(count));
+        }
+    }
+    return counts;
+}
+
+} // namespace
+
+/// Of what the scene says and of the body made from it: files that it names may have changed.
+std::uint64_t Simulation::Implementation::scene_digest() const {
+    std::vector<float> scales(lattice.cell_scales().begin(), lattice.cell_scales().end());
+    for (const RemovedCell& cell : removed) {
+        scales[cell.cell] = cell.scale;
+    }
+    Digest digest;
+    digest.add(scene.source.canonical);
+    digest.add(std::span<const int>(lattice.cells()));
+    digest.add(std::span<const float>(scales));
+    const double numbers[] = {lattice.cell_size(), time_step, scene.solver.duration};
+    digest.add(std::span<const double>(numbers));
+    return digest.value();
+}
+
+void Simulation::write_checkpoint(const std::string& path, const std::string& attached) const {
+    const Implementation& body = *implementation_;
+    if (body.is_static()) {
+        throw std::logic_error("a static scene has no time to go on from: no checkpoint");
+    }
+    CheckpointSections sections;
+    sections.put("version", std::string(kVersion));
+    const std::uint64_t digest = body.scene_digest();
+    sections.put("scene", std::span(&digest, 1));
+    const PlanDescription plan = describe();
+    // Not in the digest: so those of bodies that begin at the origin are the same as before.
+    sections.put("origin", std::span<const double>(body.scene.body.origin));
+    sections.put("precision", plan.precision);
+    sections.put("instruction_set", std::string(name(plan.choice.instruction_set)));
+    sections.put("layout", plan.layout);
+    sections.put("accuracy", std::string(name(plan.choice.accuracy)));
+    sections.put("tile_nodes", std::vector<std::uint64_t>{plan.choice.tile_nodes});
+    sections.put("integration", std::string(name(plan.choice.integration)));
+    sections.put("run", std::vector<std::int64_t>{body.steps, body.outputs, body.written, body.work.newton_iterations,
+                                                  body.work.cg_iterations});
+    sections.put("preconditioner", body.work.preconditioner);
+    std::vector<std::uint32_t> removed;
+    for (const auto& cell : body.removed) {
+        removed.push_back(cell.cell);
+    }
+    sections.put("removed", removed);
+    sections.put("removed_energy", std::span(&body.removed_energy, 1));
+    sections.put("bites", body.schedule.done());
+    std::visit([&](const auto& d) { sections.put("state", d.exact_state()); }, body.dynamics);
+    sections.put("effects", effect_memory_of(body.dynamics));
+    sections.put("meter", body.meter ? body.meter->memory() : std::vector<double>());
+    sections.put("attached", attached);
+    write_checkpoint_file(path, sections);
+}
+
+Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, const std::string& path,
+                                 std::string* attached) {
+    const auto refused = [&](const std::exception& error) {
+        return std::invalid_argument("checkpoint " + path + ": " + one_line(error.what()));
+    };
+    try {
+        if (scene.solver.method == SolverMethod::static_equilibrium) {
+            throw std::runtime_error("a static scene has no time to go on from");
+        }
+        const CheckpointSections sections = read_checkpoint_file(path);
+        require_version(sections);
+        SimulationOptions same = options;
+        same.precision = parse_precision(sections.text("precision"));
+        same.plan.instruction_set = parse_instruction_set(sections.text("instruction_set"));
+        same.plan.layout = sections.text("layout");
+        same.plan.accuracy = parse_accuracy(sections.text("accuracy"));
+        same.plan.tile_nodes = sections.values<std::uint64_t>("tile_nodes", 1)[0];
+        same.plan.integration = parse_integration(sections.text("integration"));
+        same.plan.effort = Effort::estimate;
+        same.plan.wisdom = nullptr;
+
+        Simulation simulation(std::move(scene), same);
+        Implementation& body = *simulation.implementation_;
+        if (sections.values<std::uint64_t>("scene", 1)[0] != body.scene_digest()) {
+            throw std::runtime_error("it belongs to another scene, or to this one before it was changed");
+        }
+        require_origin(sections, body.scene.body);
+        const std::vector<std::int64_t> run = counts_of_run(sections);
+        body.steps = run[0];
+        body.outputs = run[1];
+        body.written = run[2];
+        body.work.newton_iterations = run[3];
+        body.work.cg_iterations = run[4];
+        body.work.preconditioner = sections.text("preconditioner");
+        body.cut_again(removed_cells(sections, body.lattice.cell_scales().size()));
+        body.removed_energy = sections.values<double>("removed_energy", 1)[0];
+        body.schedule.set_done(bites_done(sections, body.schedule.done().size()));
+        body.prescribe();
+        std::visit([&]<class Dynamics>(
+                       Dynamics& d) { d.set_exact_state(sections.values<typename Dynamics::Scalar>("state")); },
+                   body.dynamics);
+        set_effect_memory(body.dynamics, sections.values<double>("effects"));
+        if (body.meter) {
+            body.meter->set_memory(sections.values<double>("meter"), body.metered_state());
+        }
+        body.continued = true;
+        if (attached) {
+            *attached = sections.text("attached");
+        }
+        return simulation;
+    } catch (const SceneError&) {
+        throw;
+    } catch (const std::invalid_argument& error) { // a word that names no layout, no instruction set
+        throw refused(error);
+    } catch (const std::runtime_error& error) {
+        throw refused(error);
+    }
+}
+
+} // namespace hybmss

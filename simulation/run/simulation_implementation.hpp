@@ -1,0 +1,160 @@
+#pragma once
+
+/// \file
+/// What a Simulation holds: the scene made concrete for one body.
+
+#include "hybmss/simulation/simulation.hpp"
+#include "plan/bodies/critical_time_step.hpp"
+#include "simulation/run/cutting.hpp"
+#include "simulation/run/dynamics_state.hpp"
+#include "simulation/run/energy_meter.hpp"
+#include "simulation/run/equilibrium.hpp"
+#include "simulation/run/obstacles.hpp"
+#include "simulation/run/supports.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace hybmss {
+
+/// A line of text by a printf format.
+template <class... Values>
+std::string text(const char* format, Values... values) {
+    char buffer[256];
+    std::snprintf(buffer, sizeof buffer, format, values...);
+    return buffer;
+}
+
+/// The scene's probes. Throws SceneError where a region is empty.
+std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest);
+
+struct Simulation::Implementation {
+    Scene scene;
+    SimulationOptions options;
+    Lattice lattice; ///< less what was cut away
+    std::vector<Vector3> rest;
+    Supports supports;
+    std::vector<ProbeNodes> probes;
+    std::vector<Vector3> loads;       ///< N, one a node; empty where the scene has none
+    FrequencyBounds body_frequencies; ///< of the body alone
+    Obstacles obstacles;
+    AnyDynamics dynamics;
+    FrequencyBounds frequencies; ///< with the obstacles
+    double critical_time_step;   ///< s: with the damping of the springs too
+    double time_step;            ///< 0 where there is no time
+    long steps = 0;
+    double load_fraction = 0;   ///< static: how far the loading has been followed
+    double solved_residual = 0; ///< static: of the last solve
+    bool solved = false;
+    SolverWork work;
+    CutSchedule schedule;
+    std::vector<BodyCell> cells; ///< of the whole body; from the first cut on
+    struct RemovedCell {
+        std::uint32_t cell;
+        float scale;
+    };
+    std::vector<RemovedCell> removed;
+    /// How far the cuts are.
+    struct CutsDone {
+        std::size_t removed = 0; ///< cells
+        double energy = 0;       ///< J
+        std::vector<double> bites;
+    };
+    double removed_energy = 0;        ///< J
+    std::optional<EnergyMeter> meter; ///< where the scene asks for it
+    // Of the run at hand, so that a checkpoint can continue it.
+    long outputs = 0;       ///< made so far
+    long written = -1;      ///< the step of the last one
+    bool continued = false; ///< the next run goes on with these
+
+    Implementation(Scene given, const SimulationOptions& wanted);
+
+    bool is_static() const { return scene.solver.method == SolverMethod::static_equilibrium; }
+    double time() const { return is_static() ? load_fraction : static_cast<double>(steps) * time_step; }
+    bool moving() const {
+        return is_static() ? load_fraction < 1 : time() < std::max(supports.end_of_motion(), obstacles.end_of_motion());
+    }
+    double body_volume() const;
+
+    /// action(dynamics) where they are explicit.
+    template <class Action>
+    void on_explicit(const Action& action) {
+        if (auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
+            action(*single);
+        } else if (auto* twice = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
+            action(*twice);
+        }
+    }
+    /// What action(dynamics) returns, where they are implicit.
+    template <class Action>
+    EquilibriumResult on_implicit(const Action& action) {
+        if (auto* single = std::get_if<ImplicitDynamics<float>>(&dynamics)) {
+            return action(*single);
+        }
+        return action(std::get<ImplicitDynamics<double>>(dynamics));
+    }
+    /// Holds and leads nodes and obstacles as it is at the present time.
+    void prescribe();
+    void set_obstacles();
+    void apply_loads();
+
+    /// Whether something prescribed is still to come within the duration.
+    bool changing() const;
+    CutsDone cuts_done() const { return {removed.size(), removed_energy, schedule.done()}; }
+    /// Removes the cells that are there still. Returns how many that were.
+    std::size_t cut(std::span<const std::uint32_t> cells);
+    /// The bites that are due now.
+    void bite();
+    /// The lattice, loads and probes as they were before any cut; the dynamics are to be made anew then, and to be cut
+    /// again: as many of the cells as `done` says, or those that are listed.
+    void uncut();
+    void cut_again(const CutsDone& done);
+    void cut_again(std::span<const std::uint32_t> cells);
+    /// What all cells were before any cut, as a checkpoint compares it.
+    std::uint64_t scene_digest() const;
+    void apply_damping();
+    /// Takes steps in time. Returns why an implicit one did not converge, with the state before it kept; or "".
+    std::string step(long count);
+    /// Goes to equilibrium under the whole loading.
+    /// Returns why there is none, with the last state on the way kept; or "".
+    std::string solve(const RunCallbacks& callbacks);
+    /// Starts afresh from a known state: nothing of what the dynamics hold inside may outlive values that are not
+    /// finite.
+    void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
+                 std::span<const double> effect_memory, long at_step, const CutsDone& cuts);
+
+    Energies energies() const;
+    Settlement settlement(const Energies& energies) const;
+    /// How often the state is looked at: a look costs about three explicit steps, so that looks take some 6 % of a run;
+    /// an implicit step costs far more.
+    long steps_between_checks() const;
+    /// Why the state is no good, or "". Potential energy alone is bounded: a free fall may be fast. The bound is the
+    /// energy at a stretch of about a hundred.
+    std::string blow_up(const Energies& energies) const;
+    std::vector<ProbeReading> read_probes() const;
+    std::vector<NamedObstacleReading> read_obstacles() const;
+    MeteredState metered_state() const;
+    Summary summary(std::string failure) const;
+
+private:
+    std::string implicit_step();
+    /// Throws SceneError where the body lies deep in an obstacle already.
+    void check_start() const;
+    std::vector<std::string> warnings(std::span<const NamedObstacleReading> readings) const;
+    EquilibriumOptions equilibrium_options() const;
+    void add_work(const EquilibriumResult& result);
+    void list_cells();
+    /// J of a cell with its shares of springs and masses, in the present motion.
+    double energy_of(const BodyCell& cell, std::span<const Vector3> displacements,
+                     std::span<const Vector3> velocities) const;
+    NodalForces nodal_forces(std::span<const Vector3> internal) const;
+    std::span<const double> masses() const;
+    double external_energy(std::span<const Vector3> displacements) const;
+    double stored_in_effects() const;
+};
+
+} // namespace hybmss
