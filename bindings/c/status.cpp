@@ -1,4 +1,4 @@
-#include "c_interface/status.hpp"
+#include "bindings/c/status.hpp"
 
 #include "hybmss/record.hpp"
 #include "hybmss/version.hpp"

@@ -1,6 +1,6 @@
-#include "c_interface/fields.hpp"
+#include "bindings/c/fields.hpp"
 
-#include "c_interface/status.hpp"
+#include "bindings/c/status.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,7 +1,7 @@
-#include "c_interface/body.hpp"
-#include "c_interface/fields.hpp"
-#include "c_interface/options.hpp"
-#include "c_interface/status.hpp"
+#include "bindings/c/body.hpp"
+#include "bindings/c/fields.hpp"
+#include "bindings/c/options.hpp"
+#include "bindings/c/status.hpp"
 #include "hybmss/force_plan.hpp"
 
 #include <algorithm>

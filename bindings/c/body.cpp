@@ -1,6 +1,6 @@
-#include "c_interface/body.hpp"
+#include "bindings/c/body.hpp"
 
-#include "c_interface/status.hpp"
+#include "bindings/c/status.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
-#include "c_interface/options.hpp"
+#include "bindings/c/options.hpp"
 
-#include "c_interface/status.hpp"
+#include "bindings/c/status.hpp"
 #include "hybmss/allocator.hpp"
 
 #include <stdexcept>
