@@ -1,0 +1,121 @@
+#include "integrations/petsc/block.hpp"
+
+#include "integrations/petsc/process_grid.hpp"
+
+#include <algorithm>
+
+namespace hybmss::distributed {
+
+std::size_t NodeBox::count() const {
+    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
+}
+
+bool NodeBox::holds(PetscInt i, PetscInt j, PetscInt k) const {
+    return i >= low[0] && i < end(0) && j >= low[1] && j < end(1) && k >= low[2] && k < end(2);
+}
+
+std::array<PetscInt, 3> NodeBox::place(std::size_t index) const {
+    const auto nx = static_cast<std::size_t>(size[0]), ny = static_cast<std::size_t>(size[1]);
+    return {low[0] + static_cast<PetscInt>(index % nx), low[1] + static_cast<PetscInt>(index / nx % ny),
+            low[2] + static_cast<PetscInt>(index / nx / ny)};
+}
+
+std::size_t NodeBox::index(PetscInt i, PetscInt j, PetscInt k) const {
+    const auto x = static_cast<std::size_t>(i - low[0]), y = static_cast<std::size_t>(j - low[1]),
+               z = static_cast<std::size_t>(k - low[2]);
+    return x + static_cast<std::size_t>(size[0]) * (y + static_cast<std::size_t>(size[1]) * z);
+}
+
+Block::Block(MPI_Comm communicator, const Grid& grid) : communicator_(communicator), grid_(grid) {
+    MPI_Comm_rank(communicator, &rank_);
+    MPI_Comm_size(communicator, &ranks_);
+    std::array<long, 3> nodes;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (grid.cells[a] < 1) {
+            throw std::invalid_argument("cells = " + std::to_string(grid.cells[a]) + " along " + "xyz"[a] +
+                                        " is not allowed: it must be >= 1");
+        }
+        nodes[a] = static_cast<long>(grid.cells[a]) + 1;
+    }
+    const double unknowns =
+        3 * static_cast<double>(nodes[0]) * static_cast<double>(nodes[1]) * static_cast<double>(nodes[2]);
+    if (unknowns > static_cast<double>(PETSC_MAX_INT)) {
+        throw std::invalid_argument("the grid has " + std::to_string(static_cast<long long>(unknowns)) +
+                                    " unknowns: this PETSc counts up to " + std::to_string(PETSC_MAX_INT) +
+                                    ", one with 64-bit indices is needed");
+    }
+    const ProcessGrid processes = choose_process_grid(nodes, ranks_);
+    for (std::size_t a = 0; a < 3; ++a) {
+        processes_[a] = static_cast<PetscInt>(processes[a]);
+    }
+    check(DMDACreate3d(communicator, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DMDA_STENCIL_BOX,
+                       grid.cells[0] + 1, grid.cells[1] + 1, grid.cells[2] + 1, processes_[0], processes_[1],
+                       processes_[2], 3, 1, nullptr, nullptr, nullptr, dm_.make()));
+    check(DMSetUp(dm_));
+    const PetscInt* counts[3];
+    check(DMDAGetOwnershipRanges(dm_, &counts[0], &counts[1], &counts[2]));
+    for (std::size_t a = 0; a < 3; ++a) {
+        first_[a] = {0};
+        for (PetscInt p = 0; p < processes_[a]; ++p) {
+            first_[a].push_back(first_[a].back() + counts[a][p]);
+        }
+    }
+    owned_ = owned_by(rank_);
+    ghosted_ = ghosted_of(rank_);
+    lattice_ = cells_between(false);
+    if (lattice_) {
+        lattice_nodes_ = lattice_->nodes();
+    }
+}
+
+NodeBox Block::owned_by(int rank) const {
+    const std::array<PetscInt, 3> place = {rank % processes_[0], rank / processes_[0] % processes_[1],
+                                           rank / processes_[0] / processes_[1]};
+    NodeBox box;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const auto p = static_cast<std::size_t>(place[a]);
+        box.low[a] = first_[a][p];
+        box.size[a] = first_[a][p + 1] - box.low[a];
+    }
+    return box;
+}
+
+int Block::owner(PetscInt i, PetscInt j, PetscInt k) const {
+    const std::array<PetscInt, 3> at = {i, j, k};
+    int rank = 0;
+    for (std::size_t a = 3; a-- > 0;) {
+        const auto next = std::upper_bound(first_[a].begin(), first_[a].end(), at[a]);
+        rank = rank * processes_[a] + static_cast<int>(next - first_[a].begin()) - 1;
+    }
+    return rank;
+}
+
+NodeBox Block::ghosted_of(int rank) const {
+    const NodeBox owned = owned_by(rank);
+    NodeBox box;
+    for (std::size_t a = 0; a < 3; ++a) {
+        box.low[a] = std::max<PetscInt>(owned.low[a] - 1, 0);
+        box.size[a] = std::min(owned.low[a] + owned.size[a] + 1, grid_.cells[a] + 1) - box.low[a];
+    }
+    return box;
+}
+
+std::optional<Lattice> Block::cells_between(bool counted_once) const {
+    std::vector<float> scales;
+    for (PetscInt k = 0; k + 1 < ghosted_.size[2]; ++k) {
+        for (PetscInt j = 0; j + 1 < ghosted_.size[1]; ++j) {
+            for (PetscInt i = 0; i + 1 < ghosted_.size[0]; ++i) {
+                const PetscInt x = ghosted_.low[0] + i, y = ghosted_.low[1] + j, z = ghosted_.low[2] + k;
+                const bool left_out = counted_once && !owned_.holds(x, y, z);
+                scales.push_back(left_out ? 0.0f : grid_.scale ? grid_.scale(x, y, z) : 1.0f);
+            }
+        }
+    }
+    if (std::all_of(scales.begin(), scales.end(), [](float scale) { return scale == 0; })) {
+        return std::nullopt;
+    }
+    return Lattice::from_cells(static_cast<int>(ghosted_.size[0]) - 1, static_cast<int>(ghosted_.size[1]) - 1,
+                               static_cast<int>(ghosted_.size[2]) - 1, grid_.cell_size, std::move(scales));
+}
+
+} // namespace hybmss::distributed
