@@ -1,7 +1,7 @@
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
-#include "app/verify_report.hpp"
+#include "app/verify/verify_report.hpp"
 
 #include <CLI/CLI.hpp>
 

@@ -3,7 +3,7 @@
 #include "bench/interleaved.hpp"
 #include "bench/printed.hpp"
 
-#include "calculix/program.hpp"
+#include "studies/calculix/program.hpp"
 #include "hybmss/equilibrium.hpp"
 #include "plan/bodies/body.hpp"
 #include "solvers/newton/block_jacobi.hpp"

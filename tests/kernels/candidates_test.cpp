@@ -1,6 +1,6 @@
 // What the tuner may choose among, and that every choice is right.
 
-#include "app/verify_tolerances.hpp"
+#include "app/verify/verify_tolerances.hpp"
 #include "hybmss/explicit_dynamics.hpp"
 #include "plan/tuning/candidates.hpp"
 #include "plan/tuning/planned_body.hpp"

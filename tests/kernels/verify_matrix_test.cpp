@@ -1,6 +1,6 @@
 // The quick part of `hybmss verify`: every layout, instruction set, precision and variant against the scalar reference.
 
-#include "app/verify_matrix.hpp"
+#include "app/verify/verify_matrix.hpp"
 
 #include <gtest/gtest.h>
 

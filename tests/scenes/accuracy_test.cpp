@@ -1,6 +1,6 @@
 // `accuracy = X`: the error that is left, the mesh that is chosen, and what is told of it.
 
-#include "app/price/wish_cases.hpp"
+#include "studies/price/wish_cases.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 #include "simulation/accuracy/mesh_family.hpp"
 #include "tests/scenes/program.hpp"

@@ -1,10 +1,10 @@
 /// The paper's experiments against CalculiX's kept results, and how fast the lattice converges.
 
-#include "app/paper/beam_theory.hpp"
-#include "app/paper/difference.hpp"
-#include "app/paper/finite_elements.hpp"
-#include "app/paper/manufactured.hpp"
-#include "app/paper/tables.hpp"
+#include "studies/paper/beam_theory.hpp"
+#include "studies/paper/difference.hpp"
+#include "studies/paper/finite_elements.hpp"
+#include "studies/paper/manufactured.hpp"
+#include "studies/paper/tables.hpp"
 #include "tests/scenes/program.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // Work and precision: the parts that the tables of `hybmss price` are made of.
 
-#include "app/price/points.hpp"
-#include "app/price/time_steps.hpp"
+#include "studies/price/points.hpp"
+#include "studies/price/time_steps.hpp"
 #include "simulation/run/clamped_edge.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The quick hard cases, and that the suite's own judgement can fail.
-#include "app/stability/hard_case.hpp"
+#include "studies/stability/hard_case.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Both Euler methods are of the first order; the one keeps the energy, the other takes it.
-#include "app/stability/integrator_order.hpp"
+#include "studies/stability/integrator_order.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The stability map against thresholds known in closed form, or found by other means.
-#include "app/stability/stability_map.hpp"
+#include "studies/stability/stability_map.hpp"
 
 #include "reference/constants.hpp"
 

@@ -1,0 +1,119 @@
+#include "app/verify/verify_matrix.hpp"
+#include "app/verify/verify_node_array.hpp"
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "reference/semi_implicit_euler.hpp"
+
+#include <algorithm>
+#include <random>
+
+namespace hybmss::verify {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSteps = 50;
+
+// Small enough that no body is unstable: an unstable one would multiply rounding errors without bound.
+constexpr double kStrain = 0.03;
+
+/// The first and the last node, one of them free along y.
+std::vector<PrescribedNode> prescribed_nodes(const TestBody& body, std::size_t nodes) {
+    const double h = body.cell_size;
+    PrescribedNode first, last;
+    first.axes = 5;
+    first.displacement = {0.03 * h, 0, -0.05 * h};
+    last.node = static_cast<std::uint32_t>(nodes - 1);
+    last.displacement = {0, 0.05 * h, 0};
+    last.velocity = {0, 0.5, 0};
+    return {first, last};
+}
+
+struct Run {
+    reference::State state; ///< after kSteps steps
+    double kinetic_energy = 0;
+    /// The greatest during the run, since an oscillation may end where one of them is near zero.
+    double greatest_u = 0, greatest_v = 0, greatest_kinetic_energy = 0;
+};
+
+Run run_reference(const reference::Body& body, const StepParameters& parameters,
+                  const std::vector<PrescribedNode>& prescribed, const std::vector<Vector3d>& start) {
+    reference::State state = reference::rest_state(body);
+    state.u = start;
+    reference::prescribe(prescribed, state);
+    Run run;
+    for (int s = 0; s < kSteps; ++s) {
+        reference::semi_implicit_euler_step(body, parameters, prescribed, state);
+        run.kinetic_energy = reference::kinetic_energy(body, state);
+        run.greatest_u = std::max(run.greatest_u, max_component(state.u));
+        run.greatest_v = std::max(run.greatest_v, max_component(state.v));
+        run.greatest_kinetic_energy = std::max(run.greatest_kinetic_energy, run.kinetic_energy);
+    }
+    run.state = std::move(state);
+    return run;
+}
+
+/// Gravity, damping and prescribed nodes, or none of them: kernels have a variant of its own for each.
+struct Case {
+    const char* check;
+    bool driven;
+};
+constexpr Case kCases[] = {{"50 driven steps", true}, {"50 free steps", false}};
+
+StepParameters step_parameters(const Case& which, double critical_time_step, double cell_size) {
+    const double dt = 0.3 * critical_time_step;
+    if (!which.driven) {
+        return {dt, {0, 0, 0}, 0};
+    }
+    // A free node falls by about a tenth of a cell in all; a step takes one percent of the velocity.
+    const double g = 1e-4 * cell_size / (dt * dt);
+    return {dt, {0.1 * g, -g, 0.2 * g}, 0.01 / dt};
+}
+
+template <class T>
+void compare(const TestBody& body, const Case& which, const MatrixOptions& options, RowTable& table) {
+    const reference::Body reference = reference_body(body);
+    std::mt19937 random(options.seed);
+    std::uniform_real_distribution<double> uniform(-kStrain * body.cell_size, kStrain * body.cell_size);
+    std::vector<Vector3d> start(reference.rest.size());
+    for (Vector3d& u : start) {
+        u = {uniform(random), uniform(random), uniform(random)};
+    }
+    start = rounded<T>(start);
+    const auto prescribed = which.driven ? prescribed_nodes(body, start.size()) : std::vector<PrescribedNode>{};
+    const double eps = epsilon(precision_name<T>());
+    for (RowKey key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
+        auto dynamics = make_planned<ExplicitDynamics<T>>(body, plan_options(key));
+        // Each layout has a bound of its own for the critical step, so the reference runs with the same step.
+        const StepParameters parameters = step_parameters(which, dynamics.critical_time_step(), body.cell_size);
+        const Run expected = run_reference(reference, parameters, prescribed, start);
+
+        NodeArray<T> u(Arrangement::stride_3, start), v(Arrangement::separate_arrays, start.size());
+        dynamics.set_displacements(u.field());
+        dynamics.prescribe(prescribed);
+        dynamics.step(parameters, kSteps - 1);
+        dynamics.step(parameters);
+        dynamics.get_displacements(u.field());
+        dynamics.get_velocities(v.field());
+
+        key.check = which.check;
+        const std::string name = body.name + ", " + body.variant;
+        const auto record = [&](double error, double scale) { table.record(key, error / scale / eps, name); };
+        record(max_difference(u.vectors(), expected.state.u), expected.greatest_u);
+        record(max_difference(v.vectors(), expected.state.v), expected.greatest_v);
+        record(std::abs(dynamics.kinetic_energy() - expected.kinetic_energy), expected.greatest_kinetic_energy);
+    }
+}
+
+} // namespace
+
+void run_dynamics(const MatrixOptions& options, RowTable& table) {
+    for (const TestBody& body : property_bodies(options.seed)) {
+        for (const Case& which : kCases) {
+            compare<float>(body, which, options, table);
+            compare<double>(body, which, options, table);
+        }
+    }
+}
+
+} // namespace hybmss::verify

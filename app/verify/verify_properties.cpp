@@ -1,0 +1,242 @@
+#include "app/verify/verify_matrix.hpp"
+#include "app/verify/verify_node_array.hpp"
+
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/force_plan.hpp"
+#include "reference/forces.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace hybmss::verify {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kFailed = std::numeric_limits<double>::infinity();
+
+/// One plan and what its checks need.
+template <class T>
+struct Subject {
+    const TestBody& body;
+    const reference::Body& reference;
+    const ForcePlan<T>& plan;
+    RowKey key;
+    RowTable& table;
+
+    void record(const char* check, double error_in_epsilons) {
+        key.check = check;
+        table.record(key, error_in_epsilons, body.name + ", " + body.variant);
+    }
+    std::vector<Vector3d> forces(const std::vector<Vector3d>& u,
+                                 Arrangement arrangement = Arrangement::separate_arrays) {
+        NodeArray<T> in(arrangement, u);
+        NodeArray<T> out(arrangement, u.size());
+        plan.add_forces(in.field(), out.field());
+        return out.vectors();
+    }
+    double greatest_scale(const std::vector<Vector3d>& u) const {
+        const std::vector<double> scales = reference::force_scale(reference, u);
+        return *std::max_element(scales.begin(), scales.end());
+    }
+};
+
+template <class T>
+constexpr double kEpsilon = static_cast<double>(std::numeric_limits<T>::epsilon());
+
+template <class T>
+std::vector<Vector3d> random_displacements(const Subject<T>& subject, double strain, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-strain * subject.body.cell_size, strain * subject.body.cell_size);
+    std::vector<Vector3d> u(subject.reference.rest.size());
+    for (Vector3d& v : u) {
+        v = {uniform(random), uniform(random), uniform(random)};
+    }
+    return rounded<T>(u);
+}
+
+template <class T>
+void check_instruction_set(Subject<T>& subject) {
+    const PlanDescription plan = subject.plan.describe();
+    const bool ran = plan.instruction_set == subject.key.instruction_set && plan.layout == subject.key.layout &&
+                     plan.precision == subject.key.precision;
+    subject.record("instruction set", ran ? 0.0 : kFailed);
+}
+
+/// Forces are added to what is there, and the fourth component of a stride of 4 is the caller's.
+template <class T>
+void check_adds(Subject<T>& subject, unsigned seed) {
+    const std::vector<Vector3d> u = random_displacements(subject, 0.1, seed);
+    const double scale = subject.greatest_scale(u);
+    const std::vector<Vector3d> before(u.size(), Vector3d(1, -2, 0.5) * static_cast<double>(static_cast<T>(scale)));
+    const std::vector<Vector3d> start = rounded<T>(before);
+    NodeArray<T> in(Arrangement::stride_4, u);
+    NodeArray<T> out(Arrangement::stride_4, start);
+    const T mark = static_cast<T>(-12345.5);
+    for (std::size_t n = 0; n < u.size(); ++n) {
+        out.padding(n) = mark;
+        in.padding(n) = std::numeric_limits<T>::quiet_NaN();
+    }
+    subject.plan.add_forces(in.field(), out.field());
+    std::vector<Vector3d> expected = reference::forces(subject.reference, u);
+    bool padding_kept = true;
+    for (std::size_t n = 0; n < u.size(); ++n) {
+        expected[n] += start[n];
+        padding_kept = padding_kept && out.padding(n) == mark;
+    }
+    subject.record("adds to what is there", max_difference(out.vectors(), expected) / scale / kEpsilon<T>);
+    subject.record("leaves padding alone", padding_kept ? 0.0 : kFailed);
+}
+
+/// Two ends of one spring at one point, then the whole body at one point: any finite force will do.
+template <class T>
+void check_coincident_nodes(Subject<T>& subject) {
+    const auto& rest = subject.reference.rest;
+    const reference::Spring& spring = subject.reference.springs.front();
+    std::vector<Vector3d> pair(rest.size(), Vector3d::Zero());
+    pair[static_cast<std::size_t>(spring.b)] = -spring.rest_vector;
+    std::vector<Vector3d> point(rest.size());
+    for (std::size_t n = 0; n < rest.size(); ++n) {
+        point[n] = -rest[n];
+    }
+    bool finite = true;
+    for (const auto& u : {rounded<T>(pair), rounded<T>(point)}) {
+        finite = finite && std::isfinite(max_component(subject.forces(u)));
+        NodeArray<T> in(Arrangement::stride_3, u);
+        finite = finite && std::isfinite(subject.plan.energy(in.field()).total());
+    }
+    subject.record("coincident nodes", finite ? 0.0 : kFailed);
+}
+
+/// A free body's forces and their moments about the origin sum to zero.
+template <class T>
+void check_totals(Subject<T>& subject, unsigned seed) {
+    for (const double strain : {1e-3, 0.3}) {
+        const std::vector<Vector3d> u = random_displacements(subject, strain, seed);
+        const std::vector<Vector3d> f = subject.forces(u, Arrangement::stride_3);
+        const std::vector<double> scales = reference::force_scale(subject.reference, u);
+        Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
+        double force_scale = 0, torque_scale = 0;
+        for (std::size_t n = 0; n < u.size(); ++n) {
+            const Vector3d x = subject.reference.rest[n] + u[n];
+            force += f[n];
+            torque += x.cross(f[n]);
+            force_scale += scales[n];
+            torque_scale += x.norm() * scales[n];
+        }
+        subject.record("total force", force.norm() / force_scale / kEpsilon<T>);
+        subject.record("total torque", torque.norm() / torque_scale / kEpsilon<T>);
+    }
+}
+
+/// A translation by many cells, a quarter turn (exact in binary) and a slanted turn, whose rounded displacements the
+/// reference is given too.
+template <class T>
+void check_rigid_motions(Subject<T>& subject) {
+    const auto& rest = subject.reference.rest;
+    const Eigen::AngleAxisd slanted(0.7, Vector3d(1, 2, -2) / 3);
+    Eigen::Matrix3d quarter_turn;
+    quarter_turn << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    const std::vector<Vector3d> translation(rest.size(), Vector3d(512, -64, 128.5));
+    std::vector<Vector3d> turned(rest.size()), slanting(rest.size());
+    for (std::size_t n = 0; n < rest.size(); ++n) {
+        turned[n] = quarter_turn * rest[n] - rest[n] + Vector3d(1, 2, 3);
+        slanting[n] = slanted * rest[n] - rest[n];
+    }
+    // Forces near zero need a scale: the terms that cancel in the slanted turn, each of the size stiffness x length.
+    const double scale = subject.greatest_scale(slanting);
+    for (const auto& u : {translation, turned, slanting}) {
+        const std::vector<Vector3d> given = rounded<T>(u);
+        const double error = max_difference(subject.forces(given), reference::forces(subject.reference, given));
+        subject.record("rigid motion", error / scale / kEpsilon<T>);
+    }
+}
+
+/// Damping along the springs: over the greatest sum of the magnitudes of the forces on a node.
+template <class T>
+void check_damping(Subject<T>& subject, const PlanOptions& options, unsigned seed) {
+    constexpr double kSeconds = 0.5;
+    const std::vector<Vector3d> u = random_displacements(subject, 0.1, seed);
+    const std::vector<Vector3d> v = random_displacements(subject, 1, seed + 1);
+    auto dynamics = make_planned<ExplicitDynamics<T>>(subject.body, options);
+    dynamics.damp_springs(kSeconds);
+    NodeArray<T> at(Arrangement::stride_3, u), moving(Arrangement::stride_3, v), out(Arrangement::stride_3, u.size());
+    dynamics.set_displacements(at.field());
+    dynamics.set_velocities(moving.field());
+    dynamics.get_effect_forces(out.field());
+    const double fastest = 2 * std::sqrt(3.0) * subject.body.cell_size;
+    std::vector<double> scales(u.size(), 0.0);
+    for (const reference::Spring& s : subject.reference.springs) {
+        for (const int end : {s.a, s.b}) {
+            scales[static_cast<std::size_t>(end)] += kSeconds * s.stiffness * fastest;
+        }
+    }
+    const double error = max_difference(out.vectors(), reference::damping_forces(subject.reference, kSeconds, u, v));
+    subject.record("spring damping", error / *std::max_element(scales.begin(), scales.end()) / kEpsilon<T>);
+}
+
+/// 2 / sqrt of the largest eigenvalue of M^-1 K at rest, from above: power iteration gives eigenvalues from below.
+double largest_stable_step(const reference::Body& body) {
+    const std::vector<Vector3d> rest(body.rest.size(), Vector3d::Zero());
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::vector<Vector3d> p(body.rest.size());
+    for (Vector3d& v : p) {
+        v = {uniform(random), uniform(random), uniform(random)};
+    }
+    double eigenvalue = 0;
+    for (int iteration = 0; iteration < 100; ++iteration) {
+        std::vector<Vector3d> kp = reference::hessian_product(body, rest, p);
+        double stiffness = 0, mass = 0, size = 0;
+        for (std::size_t n = 0; n < p.size(); ++n) {
+            stiffness += p[n].dot(kp[n]);
+            mass += body.mass[n] * p[n].squaredNorm();
+            kp[n] /= body.mass[n];
+            size = std::max(size, kp[n].cwiseAbs().maxCoeff());
+        }
+        eigenvalue = std::max(eigenvalue, stiffness / mass);
+        for (std::size_t n = 0; n < p.size(); ++n) {
+            p[n] = kp[n] / size;
+        }
+    }
+    return 2 / std::sqrt(eigenvalue);
+}
+
+/// The plan's bound must not be above the true critical step.
+template <class T>
+void check_critical_time_step(Subject<T>& subject, double stable_step) {
+    const double excess = subject.plan.critical_time_step() / stable_step - 1;
+    subject.record("critical time step", std::max(0.0, excess) / kEpsilon<T>);
+}
+
+template <class T>
+void check_all(const TestBody& body, const MatrixOptions& options, RowTable& table) {
+    const reference::Body reference = reference_body(body);
+    const double stable_step = largest_stable_step(reference);
+    for (const RowKey& key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
+        const auto plan = make_planned<ForcePlan<T>>(body, plan_options(key));
+        Subject<T> subject{body, reference, plan, key, table};
+        check_instruction_set(subject);
+        check_adds(subject, options.seed);
+        check_coincident_nodes(subject);
+        check_totals(subject, options.seed);
+        check_rigid_motions(subject);
+        check_damping(subject, plan_options(key), options.seed);
+        check_critical_time_step(subject, stable_step);
+    }
+}
+
+} // namespace
+
+void run_properties(const MatrixOptions& options, RowTable& table) {
+    for (const TestBody& body : property_bodies(options.seed)) {
+        check_all<float>(body, options, table);
+        check_all<double>(body, options, table);
+    }
+}
+
+} // namespace hybmss::verify

@@ -1,0 +1,121 @@
+#include "studies/calculix/deck.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <string>
+
+namespace hybmss::calculix {
+namespace {
+
+/// CalculiX reads at most 20 characters of a number: 13 digits always fit.
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.12e", value);
+    return text;
+}
+
+void write_mesh(const BrickMesh& mesh, std::ostream& out) {
+    out << "*NODE,NSET=ALL\n";
+    for (std::size_t n = 0; n < mesh.rest.size(); ++n) {
+        const auto& x = mesh.rest[n];
+        out << n + 1 << ',' << number(x[0]) << ',' << number(x[1]) << ',' << number(x[2]) << '\n';
+    }
+    std::map<float, std::vector<std::size_t>> by_scale;
+    for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+        by_scale[mesh.scales[e]].push_back(e);
+    }
+    const std::size_t width = mesh.nodes_per_element();
+    int part = 0;
+    for (const auto& [scale, elements] : by_scale) {
+        out << "*ELEMENT,TYPE=" << name(mesh.type) << ",ELSET=PART" << ++part << '\n';
+        for (const std::size_t e : elements) {
+            out << e + 1;
+            for (std::size_t i = 0; i < width; ++i) {
+                // A line holds at most 16 entries; the comma at its end says that the next one goes on.
+                out << (i == 15 ? ",\n" : ",") << mesh.elements[e * width + i] + 1;
+            }
+            out << '\n';
+        }
+    }
+}
+
+/// E and nu; or C10 = G/2 and D1 = 2/K.
+void write_law(const Problem& problem, double young_modulus, std::ostream& out) {
+    const double nu = problem.material.poisson_ratio;
+    if (problem.law == Law::linear) {
+        out << "*ELASTIC\n" << number(young_modulus) << ',' << number(nu) << '\n';
+    } else {
+        out << "*HYPERELASTIC,NEO HOOKE\n"
+            << number(young_modulus / (4 * (1 + nu))) << ',' << number(6 * (1 - 2 * nu) / young_modulus) << '\n';
+    }
+}
+
+void write_materials(const Problem& problem, std::ostream& out) {
+    const std::set<float> scales(problem.mesh.scales.begin(), problem.mesh.scales.end());
+    int part = 0;
+    for (const float scale : scales) {
+        ++part;
+        out << "*MATERIAL,NAME=MATERIAL" << part << '\n';
+        write_law(problem, problem.material.young_modulus * static_cast<double>(scale), out);
+        out << "*DENSITY\n"
+            << number(problem.material.density) << "\n*SOLID SECTION,ELSET=PART" << part << ",MATERIAL=MATERIAL" << part
+            << '\n';
+    }
+}
+
+void write_supports(const Loading& loading, std::ostream& out) {
+    if (loading.supports.empty()) {
+        return;
+    }
+    out << "*BOUNDARY\n";
+    for (const PrescribedNode& held : loading.supports) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (held.axes >> a & 1) {
+                out << held.node + 1 << ',' << a + 1 << ',' << a + 1 << ',' << number(held.displacement[a]) << '\n';
+            }
+        }
+    }
+}
+
+void write_loads(const Problem& problem, std::ostream& out) {
+    const Loading& loading = problem.loading;
+    bool open = false;
+    for (std::size_t n = 0; n < loading.forces.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (loading.forces[n][a] != 0) {
+                out << (open ? "" : "*CLOAD\n") << n + 1 << ',' << a + 1 << ',' << number(loading.forces[n][a]) << '\n';
+                open = true;
+            }
+        }
+    }
+    const auto& g = loading.acceleration;
+    const double size = std::hypot(g[0], g[1], g[2]);
+    if (size > 0) {
+        out << "*DLOAD\nSOLID,GRAV," << number(size) << ',' << number(g[0] / size) << ',' << number(g[1] / size) << ','
+            << number(g[2] / size) << '\n';
+    }
+}
+
+} // namespace
+
+std::string_view name(Geometry geometry) {
+    return geometry == Geometry::linear ? "linear" : "NLGEOM";
+}
+
+void write_deck(const Problem& problem, std::ostream& out) {
+    write_mesh(problem.mesh, out);
+    out << "*ELSET,ELSET=SOLID,GENERATE\n1," << problem.mesh.element_count() << '\n';
+    out << "*NSET,NSET=HELD\n";
+    for (const PrescribedNode& held : problem.loading.supports) {
+        out << held.node + 1 << '\n';
+    }
+    write_materials(problem, out);
+    out << (problem.geometry == Geometry::nonlinear ? "*STEP,NLGEOM,INC=1000\n" : "*STEP\n") << "*STATIC\n";
+    write_supports(problem.loading, out);
+    write_loads(problem, out);
+    out << "*NODE PRINT,NSET=ALL,FREQUENCY=100000\nU\n*NODE PRINT,NSET=HELD,FREQUENCY=100000\nRF\n*END STEP\n";
+}
+
+} // namespace hybmss::calculix

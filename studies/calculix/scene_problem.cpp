@@ -1,0 +1,24 @@
+#include "studies/calculix/scene_problem.hpp"
+
+#include "simulation/run/loads.hpp"
+#include "simulation/scene/scene_lattice.hpp"
+#include "simulation/run/supports.hpp"
+
+namespace hybmss::calculix {
+
+Problem scene_problem(const Scene& scene, ElementType type, Geometry geometry, Law law) {
+    const Lattice lattice = scene_lattice(scene);
+    Problem problem{brick_mesh(lattice, type, scene.body.origin), scene.material, {}, geometry, law};
+    const std::span<const Vector3> rest = problem.mesh.rest;
+    Supports supports(scene, rest);
+    const std::span<const PrescribedNode> held = supports.at_part(1);
+    problem.loading.supports.assign(held.begin(), held.end());
+    problem.loading.acceleration = scene.gravity.acceleration;
+    problem.loading.forces = nodal_loads(scene, lattice, rest.first(problem.mesh.lattice_nodes));
+    if (!problem.loading.forces.empty()) {
+        problem.loading.forces.resize(rest.size(), {0, 0, 0});
+    }
+    return problem;
+}
+
+} // namespace hybmss::calculix

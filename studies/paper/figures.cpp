@@ -1,0 +1,103 @@
+#include "studies/paper/figures.hpp"
+
+#include "studies/calculix/program.hpp"
+#include "studies/calculix/scene_problem.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/run/equilibrium.hpp"
+#include "simulation/scene/region.hpp"
+#include "simulation/scene/scene_lattice.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+namespace hybmss::paper {
+namespace {
+
+double response(Kind kind, const ProbeReading& plate) {
+    const std::size_t axis = response_axis(kind);
+    const double value = kind == Kind::torsion ? plate.torque[axis]
+                         : kind == Kind::beam  ? plate.mean_displacement[axis]
+                                               : plate.force[axis];
+    return std::abs(value);
+}
+
+std::vector<std::array<double, 3>> picked(const std::vector<std::array<double, 3>>& all,
+                                          const std::vector<std::uint32_t>& nodes) {
+    std::vector<std::array<double, 3>> some;
+    for (const std::uint32_t n : nodes) {
+        some.push_back(all[n]);
+    }
+    return some;
+}
+
+} // namespace
+
+Figures solve_lattice(const Experiment& experiment, const Material& material) {
+    Figures figures;
+    const auto start = std::chrono::steady_clock::now();
+    Scene problem = scene(experiment);
+    problem.material = material;
+    Simulation simulation(std::move(problem));
+    const Summary summary = simulation.run();
+    figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    figures.failure = summary.failure;
+    figures.volume_change = summary.volume.relative_volume_change;
+    figures.response = response(experiment.kind, summary.probes.at(0));
+    figures.pictured = picked(simulation.displacements(), pictured_nodes(experiment));
+    return figures;
+}
+
+Figures solve_lattice(const Experiment& experiment, Model model) {
+    return solve_lattice(experiment, with_model(scene(experiment).material, model));
+}
+
+std::string name(const ElementChoice& choice) {
+    return fmt::format("{} {}", calculix::name(choice.type),
+                       choice.law == calculix::Law::neo_hooke ? "neo-Hooke" : calculix::name(choice.geometry));
+}
+
+Figures solve_finite_elements(const Experiment& experiment, const ElementChoice& choice) {
+    const Scene origin = scene(experiment);
+    const calculix::Problem problem = calculix::scene_problem(origin, choice.type, choice.geometry, choice.law);
+    if (!calculix::is_installed()) {
+        throw std::runtime_error(calculix::kNotInstalled);
+    }
+    Figures figures;
+    calculix::Solution solution;
+    try {
+        solution = calculix::solve(problem);
+    } catch (const std::runtime_error& error) {
+        figures.failure = error.what();
+        return figures;
+    }
+    const Lattice lattice = scene_lattice(origin);
+    const std::span<const Vector3> rest = problem.mesh.rest;
+    const Region& where = origin.probes.at(0).where;
+    const std::vector<std::uint32_t> nodes = select_nodes(rest, lattice.cell_size(), where);
+    const ProbeNodes probe{"plate", nodes, rest_centroid(rest, nodes)};
+    figures.seconds = solution.seconds;
+    figures.response = response(experiment.kind, read_probe(probe, rest, solution.displacements, solution.support));
+    figures.volume_change = measure_volume_change(solution.displacements, cell_corners(lattice), lattice.cell_size())
+                                .relative_volume_change;
+    figures.pictured = picked(solution.displacements, pictured_nodes(experiment));
+    return figures;
+}
+
+double mean_distance(const Figures& a, const Figures& b) {
+    if (a.pictured.size() != b.pictured.size() || a.pictured.empty()) {
+        throw std::invalid_argument("mean_distance: " + std::to_string(a.pictured.size()) + " and " +
+                                    std::to_string(b.pictured.size()) + " nodes; the same number above 0 is wanted");
+    }
+    double sum = 0;
+    for (std::size_t n = 0; n < a.pictured.size(); ++n) {
+        const auto &u = a.pictured[n], &v = b.pictured[n];
+        sum += std::hypot(u[0] - v[0], u[1] - v[1], u[2] - v[2]);
+    }
+    return sum / static_cast<double>(a.pictured.size());
+}
+
+} // namespace hybmss::paper

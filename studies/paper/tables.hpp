@@ -1,0 +1,43 @@
+#pragma once
+
+/// \file
+/// The paper's tables and figures, and those that carry them further, as tables.
+
+#include "studies/paper/finite_elements.hpp"
+#include "studies/paper/table.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace hybmss::paper {
+
+struct TableContext {
+    FiniteElements& finite_elements;
+    bool quick = false;                               ///< small meshes only, where there is a choice
+    std::function<void(const std::string&)> progress; ///< called with what comes next
+};
+
+/// Tables 2 to 5: compression, tension, shear or torsion for every model at nu = 0, 0.25, 0.499.
+Table plate_table(Kind kind, TableContext& context);
+/// Fig. 5: the beam's free end.
+Table beam_table(TableContext& context);
+/// Fig. 8 and Fig. 10: how far the middle layer lies from that of finite elements.
+Table layer_table(TableContext& context);
+/// Section 6.3: seconds for the eight meshes of Table 6.
+Table timing_table(TableContext& context);
+/// At nu = 1/4 and A = 1 beside CalculiX on the same mesh, from 1 % and 1 degree to where the material laws part.
+Table strain_table(TableContext& context);
+/// The tip of a stiff beam on meshes of 2 to 32 cells across.
+Table beam_mesh_table(TableContext& context);
+/// A smooth problem with a known solution: the order in which the error falls.
+Table order_table(TableContext& context);
+
+/// What the command line knows: a name and what makes the table.
+struct TableEntry {
+    std::string name;
+    std::function<Table(TableContext&)> make;
+};
+const std::vector<TableEntry>& tables();
+
+} // namespace hybmss::paper

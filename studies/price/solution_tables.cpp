@@ -1,0 +1,257 @@
+#include "studies/price/solution_tables.hpp"
+
+#include "studies/paper/manufactured.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss::price {
+namespace {
+
+using paper::Cell;
+using paper::Table;
+
+/// An error within so many uncertainties of the reference says nothing.
+constexpr double kTrust = 3;
+
+std::string mesh_text(paper::Kind kind, int across) {
+    const auto [nx, ny, nz] = paper::mesh(experiment(kind, across));
+    return nx == nz ? fmt::format("{}^3", nx) : fmt::format("{} x {} x {}", nx, ny, nz);
+}
+
+double uncertainty(const Reference& reference, std::size_t index) {
+    return index < reference.values.size() ? reference.values[index].uncertainty : reference.field_uncertainty;
+}
+
+bool is_trusted(const Reference& reference, const Point& point, std::size_t index) {
+    return point.failure.empty() && point.errors[index] > kTrust * uncertainty(reference, index);
+}
+
+/// The same way on the mesh before.
+const Point* before(const std::vector<Point>& points, const Point& point) {
+    const auto found = std::find_if(points.begin(), points.end(), [&](const Point& other) {
+        return other.way == point.way && other.across * 2 == point.across && other.failure.empty();
+    });
+    return found == points.end() ? nullptr : &*found;
+}
+
+Cell observed(const Reference& reference, const std::vector<Point>& points, const Point& point, std::size_t index) {
+    const Point* coarse = before(points, point);
+    if (coarse == nullptr || !is_trusted(reference, point, index)) {
+        return {};
+    }
+    return paper::observed_order(coarse->errors[index], coarse->across, point.errors[index], point.across);
+}
+
+Table reference_table(const Solutions& solutions) {
+    Table table{"references",
+                "What the solutions converge to",
+                {"Limits of static solves in double on meshes of which each is twice as fine, by Richardson's "
+                 "extrapolation with the observed order; the uncertainty is what the limits of the coarser and of the "
+                 "finer three of four meshes differ by. nu = 0.3, strains of 1e-5, A = 1."},
+                {{"problem", "problem"},
+                 {"quantity", "quantity"},
+                 {"limit", "limit", -7},
+                 {"uncertainty", "uncertainty, %", -2},
+                 {"order", "order", 2},
+                 {"expected_order", "expected", 2},
+                 {"calculix", "C3D20 on its finest mesh", -7},
+                 {"to_calculix", "to limit, %", 3}},
+                {},
+                {"Expected: 2 lambda, where displacements leave a clamped edge as r^lambda. A beam's tip moves by "
+                 "bending too, whose error falls with order 2 and is the larger one on coarse meshes."}};
+    for (std::size_t r = 0; r < solutions.references.size(); ++r) {
+        const Reference& reference = solutions.references[r];
+        const Point* fine = nullptr;
+        for (const Point& point : solutions.points[r]) {
+            if (point.way.elements == calculix::ElementType::c3d20 && point.failure.empty()) {
+                fine = &point;
+            }
+        }
+        for (std::size_t v = 0; v < reference.values.size(); ++v) {
+            const Extrapolation& limit = reference.values[v];
+            table.rows.push_back({std::string(paper::name(reference.kind)), error_names(reference.kind)[v], limit.value,
+                                  100 * limit.uncertainty, limit.order, reference.expected_order,
+                                  fine ? Cell(fine->values[v]) : Cell(),
+                                  fine ? Cell(100 * (fine->values[v] / limit.value - 1)) : Cell()});
+        }
+    }
+    return table;
+}
+
+Table point_table(const Solutions& solutions) {
+    Table table{"solutions",
+                "The price of a percent in a solution",
+                {"Errors against the limits, relative, in percent, and the seconds from the scene to the result on one "
+                 "thread (of CalculiX: of the program; least of three rounds in turns, where they take less than 1 s). "
+                 "`order` is observed from the mesh before. L2 and H1 are those of the whole field of displacements, "
+                 "interpolated as its cells do. Errors within three times the limit's uncertainty have no order."},
+                {{"problem", "problem"},
+                 {"way", "way"},
+                 {"model", "model"},
+                 {"precision", "type"},
+                 {"mesh", "mesh"},
+                 {"across", "across", 0},
+                 {"steps", "steps", 0},
+                 {"seconds", "s", -3},
+                 {"error", "error, %", -3},
+                 {"order", "order", 2},
+                 {"volume_error", "of e, %", -3},
+                 {"volume_order", "order", 2},
+                 {"l2", "L2, %", -3},
+                 {"l2_order", "order", 2},
+                 {"h1", "H1, %", -3},
+                 {"h1_order", "order", 2}},
+                {},
+                {}};
+    for (std::size_t r = 0; r < solutions.references.size(); ++r) {
+        const Reference& reference = solutions.references[r];
+        std::vector<Point> points = solutions.points[r];
+        std::stable_sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
+            const auto rank = [](const Point& p) {
+                return std::tuple(p.way.elements.has_value(), p.way.elements, p.way.method, p.way.model,
+                                  p.way.precision == Precision::float32);
+            };
+            return rank(a) < rank(b);
+        });
+        const std::size_t count = reference.values.size();
+        for (const Point& point : points) {
+            const bool lattice = !point.way.elements;
+            std::vector<Cell> row = {std::string(paper::name(reference.kind)),
+                                     name(point.way),
+                                     lattice ? Cell(std::string(paper::name(point.way.model))) : Cell(),
+                                     lattice ? Cell(std::string(name(point.way.precision))) : Cell(),
+                                     mesh_text(reference.kind, point.across),
+                                     static_cast<double>(point.across),
+                                     lattice ? Cell(static_cast<double>(point.steps)) : Cell(),
+                                     point.seconds};
+            if (!point.failure.empty()) {
+                row.push_back(std::string("failed"));
+                row.resize(table.columns.size());
+                table.rows.push_back(row);
+                continue;
+            }
+            const auto add = [&](std::size_t index) {
+                row.emplace_back(100 * point.errors[index]);
+                row.push_back(observed(reference, solutions.points[r], point, index));
+            };
+            add(0);
+            if (count > 1) {
+                add(1);
+            } else {
+                row.insert(row.end(), 2, Cell());
+            }
+            add(count);
+            add(count + 1);
+            table.rows.push_back(std::move(row));
+        }
+    }
+    const double order = solutions.references.empty() ? 0 : solutions.references.front().expected_order;
+    table.remarks = {
+        fmt::format("Expected orders, from the clamped edges: {:.2f} of figures and L2, {:.2f} of H1.", order,
+                    order / 2),
+        "HybMSS-CF has no volume force and is right at nu = 1/4 alone: here, at 0.3, its error is the model's and does "
+        "not fall with the mesh.",
+        "On the finest mesh the error is Richardson's own estimate; fields are not compared there."};
+    return table;
+}
+
+/// Least, middle and greatest of what there is.
+std::string range_text(std::vector<double> ratios) {
+    if (ratios.empty()) {
+        return "-";
+    }
+    std::sort(ratios.begin(), ratios.end());
+    return fmt::format("{:.3g} times (from {:.3g} to {:.3g}, {} points)", ratios[ratios.size() / 2], ratios.front(),
+                       ratios.back(), ratios.size());
+}
+
+/// Each point of a way beside the static solve at the same error.
+Table equal_error_table(const Solutions& solutions, bool of_calculix) {
+    Table table{of_calculix ? "calculix" : "settling",
+                of_calculix ? "At equal error: CalculiX and the static solve"
+                            : "At equal error: settling in time and the static solve",
+                {"Each point beside the static solve of HybMSS at the same error, found on straight lines between its "
+                 "meshes in the logarithms of error and time. \"-\": its finest mesh does not reach that error."},
+                {{"problem", "problem"},
+                 {"quantity", "quantity"},
+                 {"way", "way"},
+                 {"precision", "type"},
+                 {"mesh", "mesh"},
+                 {"error", "error, %", -3},
+                 {"seconds", "s", -3},
+                 {"static_double", "static double, s", -3},
+                 {"ratio_double", "times", -3},
+                 {"static_float", "static float, s", -3},
+                 {"ratio_float", "times", -3}},
+                {},
+                {}};
+    std::vector<std::string> ways;
+    std::vector<std::vector<double>> ratios;
+    for (std::size_t r = 0; r < solutions.references.size(); ++r) {
+        const Reference& reference = solutions.references[r];
+        const std::vector<Point>& points = solutions.points[r];
+        const std::vector<std::string> quantities = error_names(reference.kind);
+        // Settling differs from the static solve in time alone: one quantity tells all.
+        for (std::size_t q = 0; q < (of_calculix ? quantities.size() : 1); ++q) {
+            for (const Point& point : points) {
+                const bool wanted = of_calculix ? point.way.elements.has_value()
+                                                : !point.way.elements && point.way.method != Method::static_solve &&
+                                                      point.way.model == paper::Model::hybmss;
+                if (!wanted || !is_trusted(reference, point, q)) {
+                    continue;
+                }
+                const double error = point.errors[q];
+                const double seconds[] = {
+                    seconds_at(points, {{}, Method::static_solve, paper::Model::hybmss, Precision::float64}, q, error),
+                    seconds_at(points, {{}, Method::static_solve, paper::Model::hybmss, Precision::float32}, q, error)};
+                table.rows.push_back({std::string(paper::name(reference.kind)), quantities[q], name(point.way),
+                                      of_calculix ? Cell() : Cell(std::string(name(point.way.precision))),
+                                      mesh_text(reference.kind, point.across), 100 * error, point.seconds, seconds[0],
+                                      point.seconds / seconds[0], seconds[1], point.seconds / seconds[1]});
+                const std::string way =
+                    name(point.way) + (of_calculix ? "" : " in " + std::string(name(point.way.precision)));
+                auto at = std::find(ways.begin(), ways.end(), way);
+                if (at == ways.end()) {
+                    at = ways.insert(ways.end(), way);
+                    ratios.emplace_back();
+                }
+                const double same = point.seconds / seconds[point.way.precision == Precision::float32];
+                if (std::isfinite(same)) {
+                    ratios[static_cast<std::size_t>(at - ways.begin())].push_back(same);
+                }
+            }
+        }
+    }
+    for (std::size_t w = 0; w < ways.size(); ++w) {
+        table.remarks.push_back(fmt::format("At equal error {} takes {} as long as the static solve{}.", ways[w],
+                                            range_text(ratios[w]), of_calculix ? " in double" : " in the same type"));
+    }
+    return table;
+}
+
+} // namespace
+
+Solutions measure_solutions(const Extent& extent, const std::function<void(const std::string&)>& progress) {
+    Solutions solutions;
+    for (const paper::Kind kind : problems()) {
+        const int finest = kind == paper::Kind::beam ? extent.reference / 2 : extent.reference;
+        solutions.references.push_back(make_reference(kind, finest, progress));
+        solutions.points.push_back(measure_points(solutions.references.back(), extent, progress));
+    }
+    return solutions;
+}
+
+std::vector<Table> solution_tables(const Solutions& solutions) {
+    std::vector<Table> tables = {reference_table(solutions), point_table(solutions)};
+    tables.push_back(equal_error_table(solutions, true));
+    if (tables.back().rows.empty()) {
+        tables.pop_back();
+    }
+    tables.push_back(equal_error_table(solutions, false));
+    return tables;
+}
+
+} // namespace hybmss::price

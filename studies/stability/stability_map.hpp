@@ -1,0 +1,64 @@
+#pragma once
+
+/// \file
+/// Where the homogeneous lattice itself is stable, over Poisson's ratio, A and stretch.
+
+#include "studies/stability/stretching.hpp"
+#include "studies/stability/weakest_wave.hpp"
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace hybmss::stability {
+
+/// The stretches that the map spans.
+inline constexpr double kLeastStretch = 0.3, kGreatestStretch = 2.5;
+
+/// The Poisson's ratios and ratios A that the hard-case suite and the map ask about.
+inline constexpr std::array kPoissonRatios = {-0.9, -0.5, 0.0, 0.25, 0.4, 0.49, 0.499, 0.4999};
+inline constexpr std::array kFaceDiagonalRatios = {0.0, 0.1, 1.0, 10.0};
+
+/// Stiffnesses are relative to G (see Wave); those this near to zero are rounding, and count as neutral, not unstable.
+inline constexpr double kNeutral = 1e-9;
+
+Material map_material(double poisson_ratio, double face_diagonal_ratio, VolumeEnergy volume_energy);
+
+/// One state: empty where the loading has no homogeneous state.
+std::optional<Wave> weakest_wave_at(const Material& material, Stretching stretching, double stretch);
+
+/// One end of the range of stable stretches around rest.
+struct Threshold {
+    double stretch = 1;    ///< to 1e-4; the map's end where nothing is lost
+    bool reached = false;  ///< false: stable up to the map's end
+    bool has_state = true; ///< false: beyond, the loading has no homogeneous state
+    Wave wave;             ///< the first to grow, where there is a state
+};
+struct StableRange {
+    Threshold low, high;
+};
+StableRange stable_range(const Material& material, Stretching stretching);
+
+/// One material's ranges, in the order of kStretchings.
+struct MapRow {
+    Material material;
+    std::array<StableRange, kStretchings.size()> ranges;
+};
+
+/// Rows for every nu, A and both volume energies. `progress` gets the share done.
+std::vector<MapRow> stability_map(const std::function<void(double)>& progress);
+
+/// The values of one panel of the picture.
+struct MapSheet {
+    double face_diagonal_ratio;
+    Stretching stretching;
+    std::vector<double> poisson_ratios, stretches;
+    /// Of the weakest wave, with the automatic volume energy, stretches fastest; NaN where the loading has no state.
+    std::vector<double> relative_stiffness;
+    /// The stable range at each Poisson's ratio; that of the quadratic energy too.
+    std::vector<StableRange> ranges, quadratic_ranges;
+};
+std::vector<MapSheet> stability_sheets(const std::function<void(double)>& progress);
+
+} // namespace hybmss::stability
