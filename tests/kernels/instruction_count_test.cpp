@@ -1,4 +1,4 @@
-#include "bench/operation_count.hpp"
+#include "bench/limits/operation_count.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,137 @@
+#include "bench/effects/effects_benchmark.hpp"
+
+#include "bench/step/bare_step.hpp"
+#include "bench/interleaved.hpp"
+#include "bench/moving_body.hpp"
+#include "bench/printed.hpp"
+#include "simulation/run/effect_list.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss::bench {
+
+const char* const kEffectsIntroduction =
+    "ns/cell: of a step without the effect and with it, medians of interleaved rounds; ratio: the median of a "
+    "round's.\n"
+    "`none called for`: the step with its seams for effects against the sweep of the cells alone.\n";
+
+namespace {
+
+constexpr int kEdge = 20;
+
+struct Rounds {
+    std::vector<double> without, with, ratio;
+};
+
+/// Rounds of the two, and the counters of their times.
+void measure(benchmark::State& state, const Work& without, const Work& with) {
+    Interleaved interleaved({without, with}, kSliceSeconds);
+    Rounds rounds;
+    for ([[maybe_unused]] auto _ : state) {
+        const std::vector<double> times = interleaved.next();
+        rounds.without.push_back(times[0]);
+        rounds.with.push_back(times[1]);
+        rounds.ratio.push_back(times[1] / times[0]);
+        state.SetIterationTime(times[1]);
+    }
+    const double cells = std::pow(kEdge, 3);
+    state.counters["ns_per_cell_without"] = 1e9 * median(rounds.without) / cells;
+    state.counters["ns_per_cell"] = 1e9 * median(rounds.with) / cells;
+    state.counters["ratio"] = median(rounds.ratio);
+}
+
+/// After steps: some arrays are made by the first.
+void count_bytes(benchmark::State& state, std::size_t without, std::size_t with) {
+    state.counters["bytes_per_cell_added"] =
+        (static_cast<double>(with) - static_cast<double>(without)) / std::pow(kEdge, 3);
+}
+
+PlanOptions options_of(InstructionSet set, int threads) {
+    PlanOptions options;
+    options.instruction_set = set;
+    options.threads = threads;
+    return options;
+}
+
+template <class T>
+void measure_seams(benchmark::State& state, const PlanOptions& options) {
+    const Lattice lattice = Lattice::box(kEdge, kEdge, kEdge, 0.5);
+    const Material material;
+    ExplicitDynamics<T> dynamics(lattice, material, options);
+    const std::vector<T> u = random_displacements<T>(dynamics.node_count(), lattice.cell_size());
+    dynamics.set_displacements(VectorField<const T>::aos(u.data(), dynamics.node_count()));
+    const BareStep<T> bare = bare_step<T>(lattice, material, options, u);
+    const StepParameters parameters = gentle_steps(dynamics);
+    measure(
+        state, [&](long steps) { bare.steps(parameters, steps); },
+        [&](long steps) { dynamics.step(parameters, steps); });
+    count_bytes(state, bare.bytes, dynamics.describe().bytes);
+}
+
+/// A box at rest: a step takes as long for zeros as for other numbers, unless they are denormal.
+Scene plain_scene() {
+    Scene scene;
+    scene.body.cells = {kEdge, kEdge, kEdge};
+    scene.body.cell_size = 0.5;
+    scene.material.poisson_ratio = 0.25;
+    scene.material.face_diagonal_ratio = 0;
+    scene.solver.duration = 1e9;
+    return scene;
+}
+
+void measure_effect(benchmark::State& state, const EffectRule& rule, Precision precision, const PlanOptions& plan) {
+    const SimulationOptions options{
+        precision == Precision::float32 ? hybmss::Precision::float32 : hybmss::Precision::float64, plan};
+    Scene scene = plain_scene();
+    rule.add(scene);
+    Simulation with(scene, options), rest(without(scene, rule), options);
+    measure(
+        state, [&](long steps) { rest.step(steps); }, [&](long steps) { with.step(steps); });
+    count_bytes(state, rest.describe().bytes, with.describe().bytes);
+}
+
+Row make_row(const std::string& effect, InstructionSet set, Precision precision, int threads, double seconds,
+             std::function<void(benchmark::State&)> measured) {
+    const std::string isa(name(set)), type(name(precision));
+    std::string words = effect;
+    std::replace(words.begin(), words.end(), ' ', '-');
+    return {"effect/" + words + "/" + isa + "/" + type + "/threads:" + std::to_string(threads),
+            threads,
+            printed("%-20s %-7s %-6s %7s %12s %8s %8s %8s %12s", "effect", "isa", "type", "threads", "without ns",
+                    "with ns", "added ns", "ratio", "added B/cell"),
+            std::max(5L, std::lround(seconds / (2 * kSliceSeconds))),
+            std::move(measured),
+            [=](const auto& run) {
+                const double with = counter(run, "ns_per_cell"), without = counter(run, "ns_per_cell_without");
+                return printed("%-20s %-7s %-6s %7d %12.2f %8.2f %8.2f %8.3f %12.2f", effect.c_str(), isa.c_str(),
+                               type.c_str(), threads, without, with, with - without, counter(run, "ratio"),
+                               counter(run, "bytes_per_cell_added"));
+            }};
+}
+
+} // namespace
+
+std::vector<Row> effects_benchmark(const RowChoices& choices, double seconds) {
+    std::vector<Row> rows;
+    const int threads = choices.threads.front();
+    for (InstructionSet set : choices.instruction_sets) {
+        for (Precision precision : choices.precisions) {
+            const PlanOptions options = options_of(set, threads);
+            rows.push_back(make_row("none called for", set, precision, threads, seconds, [=](benchmark::State& state) {
+                precision == Precision::float32 ? measure_seams<float>(state, options)
+                                                : measure_seams<double>(state, options);
+            }));
+            for (const EffectRule& rule : effect_rules()) {
+                if (rule.add) {
+                    rows.push_back(make_row(
+                        std::string(rule.name), set, precision, threads, seconds,
+                        [=, &rule](benchmark::State& state) { measure_effect(state, rule, precision, options); }));
+                }
+            }
+        }
+    }
+    return rows;
+}
+
+} // namespace hybmss::bench

@@ -1,0 +1,196 @@
+#include "bench/effects/embedding_benchmark.hpp"
+
+#include "bench/interleaved.hpp"
+#include "bench/printed.hpp"
+
+#include "hybmss/allocator.hpp"
+#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/force_plan.hpp"
+#include "hybmss/hybmss.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace hybmss::bench {
+
+const char* const kEmbeddingIntroduction =
+    "Forces in float on one thread over memory of the caller's; the least times of "
+    "interleaved rounds, as all calls\n"
+    "do the same work. `over`: how much longer one takes than what it is "
+    "compared with.\n";
+
+namespace {
+
+/// The forces of one box, asked for in all ways that are compared.
+class Caller {
+public:
+    explicit Caller(int edge)
+        : plan_(Lattice::box(edge, edge, edge, 0.1), Material{.poisson_ratio = 0.4}, one_thread()),
+          nodes_(plan_.node_count()), u_(3 * nodes_), f_(3 * nodes_), order_(nodes_) {
+        for (std::size_t i = 0; i < u_.size(); ++i) {
+            u_[i] = 1e-3f * static_cast<float>(i % 7);
+        }
+        std::iota(order_.begin(), order_.end(), 0u);
+        std::reverse(order_.begin(), order_.end());
+        const std::int32_t cells[3] = {edge, edge, edge};
+        hybmss_material material = hybmss_default_material();
+        material.poisson_ratio = 0.4;
+        hybmss_plan_options options = hybmss_default_plan_options();
+        options.threads = 1;
+        if (hybmss_lattice_create(cells, 0.1, nullptr, 0, &material, &body_) != HYBMSS_OK ||
+            hybmss_plan_create(body_, HYBMSS_FLOAT, &options, &c_plan_) != HYBMSS_OK) {
+            throw std::runtime_error(hybmss_last_error());
+        }
+    }
+    Caller(const Caller&) = delete;
+    Caller& operator=(const Caller&) = delete;
+    ~Caller() {
+        hybmss_plan_destroy(c_plan_);
+        hybmss_body_destroy(body_);
+    }
+
+    void separate() {
+        float *u = u_.data(), *f = f_.data();
+        plan_.add_forces(VectorField<const float>::soa(u, u + nodes_, u + 2 * nodes_, nodes_),
+                         VectorField<float>::soa(f, f + nodes_, f + 2 * nodes_, nodes_));
+    }
+    void interleaved() {
+        plan_.add_forces(VectorField<const float>::aos(u_.data(), nodes_), VectorField<float>::aos(f_.data(), nodes_));
+    }
+    void interleaved_by_c(bool mapped) {
+        hybmss_const_field u = hybmss_const_float_field(u_.data(), nodes_, 3);
+        hybmss_field f = hybmss_float_field(f_.data(), nodes_, 3);
+        u.map = f.map = mapped ? order_.data() : nullptr;
+        if (hybmss_plan_add_forces(c_plan_, &u, &f) != HYBMSS_OK) {
+            throw std::runtime_error(hybmss_last_error());
+        }
+    }
+    bool finite() const {
+        return std::all_of(f_.begin(), f_.end(), [](float value) { return std::isfinite(value); });
+    }
+
+private:
+    static PlanOptions one_thread() {
+        PlanOptions options;
+        options.threads = 1;
+        return options;
+    }
+
+    ForcePlan<float> plan_;
+    std::size_t nodes_;
+    std::vector<float> u_, f_;
+    std::vector<std::uint32_t> order_;
+    hybmss_body* body_ = nullptr;
+    hybmss_plan* c_plan_ = nullptr;
+};
+
+/// A body with memory of its own, from an allocator that hands out whole pages or from the default.
+class InPages {
+public:
+    InPages(int edge, bool pages) : dynamics_(make(edge, pages)) {
+        step_ = {.time_step = 0.2 * dynamics_.critical_time_step(), .acceleration = {0, 0, 0}};
+        std::vector<float> u(3 * dynamics_.node_count());
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            u[i] = 1e-5f * static_cast<float>(i % 7);
+        }
+        dynamics_.set_displacements(VectorField<const float>::aos(u.data(), dynamics_.node_count()));
+    }
+    void step(long count) { dynamics_.step(step_, count); }
+
+private:
+    static void* take(std::size_t bytes, std::size_t, void*) {
+        return std::aligned_alloc(kPage, (bytes + kPage - 1) / kPage * kPage);
+    }
+    static void give(void* memory, std::size_t, std::size_t, void*) { std::free(memory); }
+    static ExplicitDynamics<float> make(int edge, bool pages) {
+        set_allocator(pages ? Allocator{&take, &give, nullptr} : Allocator{});
+        PlanOptions options;
+        options.threads = 1;
+        ExplicitDynamics<float> dynamics(Lattice::box(edge, edge, edge, 0.1), Material{.poisson_ratio = 0.4}, options);
+        set_allocator({});
+        return dynamics;
+    }
+
+    static constexpr std::size_t kPage = 4096;
+    ExplicitDynamics<float> dynamics_;
+    StepParameters step_;
+};
+
+struct Comparison {
+    const char* name;
+    int edge;                                   ///< cells
+    std::function<void(Caller&)> work, against; ///< empty: a step in whole pages, against one in the default's memory
+    const char* words;
+};
+
+void report(benchmark::State& state, Interleaved& interleaved) {
+    double least = HUGE_VAL, least_against = HUGE_VAL;
+    for ([[maybe_unused]] auto _ : state) {
+        const std::vector<double> round = interleaved.next();
+        least = std::min(least, round[0]);
+        least_against = std::min(least_against, round[1]);
+        state.SetIterationTime(round[0]);
+    }
+    state.counters["microseconds"] = 1e6 * least;
+    state.counters["microseconds_over"] = 1e6 * (least - least_against);
+    state.counters["percent_over"] = 100 * (least / least_against - 1);
+}
+
+void measure(benchmark::State& state, const Comparison& comparison) {
+    if (!comparison.work) {
+        InPages pages(comparison.edge, true), usual(comparison.edge, false);
+        Interleaved interleaved({[&](long count) { pages.step(count); }, [&](long count) { usual.step(count); }},
+                                kSliceSeconds);
+        report(state, interleaved);
+        return;
+    }
+    Caller caller(comparison.edge);
+    const auto repeated = [&](const std::function<void(Caller&)>& call) {
+        return [&](long count) {
+            for (; count > 0; --count) {
+                call(caller);
+            }
+        };
+    };
+    Interleaved interleaved({repeated(comparison.work), repeated(comparison.against)}, kSliceSeconds);
+    report(state, interleaved);
+    if (!caller.finite()) {
+        state.SkipWithError("the forces are not finite");
+    }
+}
+
+} // namespace
+
+std::vector<Row> embedding_benchmark(double seconds) {
+    const auto separate = [](Caller& caller) { caller.separate(); };
+    const auto interleaved = [](Caller& caller) { caller.interleaved(); };
+    const auto by_c = [](Caller& caller) { caller.interleaved_by_c(false); };
+    const auto mapped = [](Caller& caller) { caller.interleaved_by_c(true); };
+    const Comparison comparisons[] = {
+        {"embedding/1x1x1/C", 1, by_c, interleaved, "a call in C, against C++"},
+        {"embedding/32x32x32/AoS", 32, interleaved, separate, "float3 memory, against separate arrays"},
+        {"embedding/32x32x32/AoS-C", 32, by_c, separate, "the same in C"},
+        {"embedding/32x32x32/map-C", 32, mapped, separate, "float3 in reverse order by a map, in C"},
+        {"embedding/30x30x30/pages", 30, {}, {}, "a step in an allocator's whole pages"}};
+    const std::string heading = printed("%-10s %-40s %10s %12s %8s", "mesh", "what", "us/call", "us over", "% over");
+    std::vector<Row> rows;
+    for (const Comparison& comparison : comparisons) {
+        rows.push_back({comparison.name, 1, heading, std::max(5L, std::lround(seconds / (2 * kSliceSeconds))),
+                        [comparison](benchmark::State& state) { measure(state, comparison); },
+                        [comparison](const auto& run) {
+                            const std::string mesh =
+                                printed("%dx%dx%d", comparison.edge, comparison.edge, comparison.edge);
+                            return printed("%-10s %-40s %10.3f %12.3f %8.1f", mesh.c_str(), comparison.words,
+                                           counter(run, "microseconds"), counter(run, "microseconds_over"),
+                                           counter(run, "percent_over"));
+                        }});
+    }
+    return rows;
+}
+
+} // namespace hybmss::bench

@@ -1,0 +1,103 @@
+#include "bench/limits/bandwidth_benchmark.hpp"
+
+#include "bench/interleaved.hpp"
+#include "bench/limits/issue_loops.hpp"
+#include "bench/printed.hpp"
+#include "layouts/aligned_array.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <unistd.h>
+
+namespace hybmss::bench {
+namespace {
+
+constexpr double kBandwidthSlice = 0.006;
+constexpr std::array<const char*, 4> kLevels = {"L1", "L2", "L3", "memory"};
+constexpr std::array<const char*, 3> kMoves = {"read", "write", "copy"};
+
+/// Half of each cache, so that nothing else drives the data out; for memory four times the last cache. What the system
+/// does not tell is taken as usual.
+std::array<std::size_t, 4> working_sets() {
+    const auto cache = [](int asked, long otherwise) {
+        const long bytes = sysconf(asked);
+        return static_cast<std::size_t>(bytes > 0 ? bytes : otherwise);
+    };
+    const std::size_t l1 = cache(_SC_LEVEL1_DCACHE_SIZE, 32L << 10), l2 = cache(_SC_LEVEL2_CACHE_SIZE, 1L << 20);
+    const std::size_t l3 = cache(_SC_LEVEL3_CACHE_SIZE, 32L << 20);
+    const auto kib = [](std::size_t bytes) { return bytes / 2048 * 2048; };
+    // A shared last cache is hardly ever all ours: a quarter, and no more than four times the second.
+    return {kib(l1 / 2), kib(l2 / 2), kib(std::min(l3 / 4, 4 * l2)),
+            kib(std::clamp<std::size_t>(4 * l3, 64U << 20, 512U << 20))};
+}
+
+void measure(benchmark::State& state, InstructionSet set) {
+    const StreamLoops& loops = limit_loops(set).stream;
+    const auto sets = working_sets();
+    AlignedArray<float> memory(sets.back() / sizeof(float));
+    std::vector<Work> works;
+    for (std::size_t bytes : sets) {
+        // A work's step moves about a megabyte, or the whole of it.
+        const long repeats = std::max(1L, static_cast<long>((1U << 20) / bytes));
+        char* data = reinterpret_cast<char*>(memory.data());
+        works.push_back([=](long steps) {
+            for (long i = 0; i < steps * repeats; ++i) {
+                loops.read(data, bytes);
+            }
+        });
+        works.push_back([=](long steps) {
+            for (long i = 0; i < steps * repeats; ++i) {
+                loops.write(data, bytes);
+            }
+        });
+        works.push_back([=](long steps) {
+            for (long i = 0; i < steps * repeats; ++i) {
+                loops.copy(data, data + bytes / 2, bytes / 2);
+            }
+        });
+    }
+    Interleaved interleaved(works, kBandwidthSlice);
+    std::vector<std::vector<double>> rates(works.size());
+    for ([[maybe_unused]] auto _ : state) {
+        const std::vector<double> round = interleaved.next();
+        for (std::size_t i = 0; i < round.size(); ++i) {
+            const std::size_t bytes = sets[i / kMoves.size()];
+            const double moved = static_cast<double>(bytes * std::max<std::size_t>(1, (1U << 20) / bytes));
+            rates[i].push_back(1e-9 * moved / round[i]);
+        }
+        state.SetIterationTime(round[0]);
+    }
+    for (std::size_t i = 0; i < works.size(); ++i) {
+        const std::string key = std::string(kLevels[i / kMoves.size()]) + "_" + kMoves[i % kMoves.size()];
+        state.counters[key] = *std::max_element(rates[i].begin(), rates[i].end());
+    }
+}
+
+} // namespace
+
+Row bandwidth_row(InstructionSet set, double seconds) {
+    std::string heading = printed("%-15s", "isa");
+    for (const char* level : kLevels) {
+        for (const char* move : kMoves) {
+            heading += printed(" %12s", (std::string(level) + " " + move).c_str());
+        }
+    }
+    const double rounds = seconds / (kLevels.size() * kMoves.size() * kBandwidthSlice);
+    return {"limits/bandwidth/" + std::string(name(set)),
+            1,
+            heading + "   (GB/s)",
+            std::max(3L, std::lround(rounds)),
+            [=](benchmark::State& state) { measure(state, set); },
+            [=](const auto& run) {
+                std::string line = printed("%-15s", std::string(name(set)).c_str());
+                for (const char* level : kLevels) {
+                    for (const char* move : kMoves) {
+                        line += printed(" %12.1f", counter(run, (std::string(level) + "_" + move).c_str()));
+                    }
+                }
+                return line;
+            }};
+}
+
+} // namespace hybmss::bench

@@ -1,0 +1,114 @@
+#include "bench/scaling/batch_benchmark.hpp"
+
+#include "bench/interleaved.hpp"
+#include "bench/moving_body.hpp"
+#include "bench/printed.hpp"
+#include "plan/tuning/tuner_race.hpp"
+
+#include "hybmss/batch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss::bench {
+
+const char* const kBatchIntroduction =
+    "64 bodies, full HybMSS, ten steps a call; medians of interleaved rounds. `speed-up`: over the same bodies stepped "
+    "one\n"
+    "after the other on one thread; `quiet`: the same ratio of the fastest quarters of all rounds.\n";
+
+namespace {
+
+constexpr std::size_t kBodies = 64;
+constexpr long kStepsACall = 10;
+
+std::string row_name(const BenchRow& row) {
+    return "batch" + name(row).substr(std::string("step").size());
+}
+
+/// `steps` steps, `kStepsACall` at a time.
+template <class Call>
+void in_calls(long steps, const Call& call) {
+    for (; steps > 0; steps -= kStepsACall) {
+        call(std::min(steps, kStepsACall));
+    }
+}
+
+template <class T>
+void measure(benchmark::State& state, const BenchRow& row) {
+    BenchRow single = row;
+    single.threads = 1;
+    std::vector<ExplicitDynamics<T>> bodies;
+    for (std::size_t b = 0; b < kBodies; ++b) {
+        bodies.push_back(row_dynamics<T>(single));
+    }
+    const StepParameters parameters = gentle_steps(bodies[0]);
+    Batch<T> batch(row.threads);
+    Interleaved interleaved(
+        {[&](long steps) { in_calls(steps, [&](long count) { batch.step(bodies, parameters, count); }); },
+         [&](long steps) {
+             in_calls(steps, [&](long count) {
+                 for (ExplicitDynamics<T>& body : bodies) {
+                     body.step(parameters, count);
+                 }
+             });
+         }},
+        kSliceSeconds);
+    const double cells = static_cast<double>(kBodies) * std::pow(row.mesh[0], 3);
+    std::vector<double> together, alone, speed_up;
+    for ([[maybe_unused]] auto _ : state) {
+        const std::vector<double> round = interleaved.next();
+        together.push_back(round[0]);
+        alone.push_back(round[1]);
+        speed_up.push_back(round[1] / round[0]);
+        state.SetIterationTime(round[0]);
+    }
+    if (!std::all_of(bodies.begin(), bodies.end(), [](const auto& body) { return all_finite(body); })) {
+        state.SkipWithError("the displacements are not finite after the last step");
+        return;
+    }
+    state.counters["bodies"] = static_cast<double>(kBodies);
+    state.counters["ns_per_cell"] = 1e9 * median(together) / cells;
+    state.counters["cells_per_second"] = cells / median(together);
+    state.counters["speed_up"] = median(speed_up);
+    state.counters["quiet_speed_up"] = fastest_quarter_mean(alone) / fastest_quarter_mean(together);
+    state.counters["threads_used"] = batch.threads();
+}
+
+std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
+    return printed("%-14s %-12s %-7s %-6s %7d %5.0f %8.2f %8.1f %8.2f %8.2f", mesh_name(row).c_str(),
+                   row.layout.c_str(), std::string(name(row.instruction_set)).c_str(),
+                   std::string(name(row.precision)).c_str(), row.threads, counter(run, "threads_used"),
+                   counter(run, "ns_per_cell"), 1e-6 * counter(run, "cells_per_second"), counter(run, "speed_up"),
+                   counter(run, "quiet_speed_up"));
+}
+
+} // namespace
+
+std::vector<Row> batch_benchmark(const RowChoices& choices, double seconds) {
+    const std::string heading = printed("%-14s %-12s %-7s %-6s %7s %5s %8s %8s %8s %8s", "mesh", "layout", "isa",
+                                        "type", "threads", "used", "ns/cell", "Mcells/s", "speed-up", "quiet");
+    std::vector<Row> rows;
+    for (const std::string& layout : choices.layouts) {
+        for (InstructionSet set : choices.instruction_sets) {
+            for (Precision precision : choices.precisions) {
+                for (const int edge : {4, 6, 8, 10, 14}) {
+                    for (int threads : choices.threads) {
+                        const BenchRow row = {{edge, edge, edge}, Model::hybmss, layout,          set,
+                                              precision,          threads,       choices.accuracy};
+                        rows.push_back({row_name(row), threads, heading,
+                                        std::max(5L, std::lround(seconds / (2 * kSliceSeconds))),
+                                        [row](benchmark::State& state) {
+                                            row.precision == Precision::float32 ? measure<float>(state, row)
+                                                                                : measure<double>(state, row);
+                                        },
+                                        [row](const auto& run) { return line(row, run); }});
+                    }
+                }
+            }
+        }
+    }
+    return rows;
+}
+
+} // namespace hybmss::bench
