@@ -3,9 +3,9 @@
 #include "hybmss/force_plan.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
-#include "tests/kernels/moving_body.hpp"
-#include "tests/unit/random_bodies.hpp"
-#include "tests/unit/refusal.hpp"
+#include "tests/moving_body.hpp"
+#include "tests/random_bodies.hpp"
+#include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>
 

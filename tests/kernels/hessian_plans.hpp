@@ -5,7 +5,7 @@
 
 #include "hybmss/force_plan.hpp"
 #include "plan/bodies/body.hpp"
-#include "tests/unit/random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 
 #include <limits>
 #include <span>

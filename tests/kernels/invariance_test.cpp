@@ -1,7 +1,7 @@
 // What must hold of any force on a free body, for every layout, instruction set and precision.
 
-#include "tests/kernels/moving_body.hpp"
-#include "tests/unit/random_bodies.hpp"
+#include "tests/moving_body.hpp"
+#include "tests/random_bodies.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // The lattice's layouts against each other, on bodies where their memory differs most.
 
 #include "bench/standard_bodies.hpp"
-#include "tests/kernels/moving_body.hpp"
+#include "tests/moving_body.hpp"
 
 #include "hybmss/force_plan.hpp"
 

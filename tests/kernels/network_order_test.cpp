@@ -1,6 +1,6 @@
 // A network's numbering is the caller's business: any numbering gives the same forces and the same motion.
 
-#include "tests/kernels/moving_body.hpp"
+#include "tests/moving_body.hpp"
 
 #include "hybmss/force_plan.hpp"
 

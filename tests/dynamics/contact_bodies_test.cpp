@@ -1,0 +1,261 @@
+/// Shapes of obstacles, layouts, threads, cuts and input of contact.
+
+#include "tests/dynamics/touching_body.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace hybmss {
+namespace {
+
+using testing::floor_at;
+using testing::kEdge;
+using testing::kMaterial;
+using testing::rest_depth;
+using testing::stiffness_of;
+using testing::TouchingBody;
+using testing::Vector;
+
+template <class T>
+class ContactBodies : public ::testing::Test {};
+using Precisions = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(ContactBodies, Precisions);
+
+TYPED_TEST(ContactBodies, every_shape_pushes_out) {
+    const Lattice cell = Lattice::box(1, 1, 1, kEdge);
+    const auto at = [](ObstacleShape shape, Vector position) {
+        return Obstacle{.shape = shape, .pose = {.position = position}, .friction = 0.4};
+    };
+    const double h = kEdge;
+    const std::vector<Obstacle> obstacles = {
+        at(SphereShape{h / 2}, {0, 0, 0}),              // a node at its centre
+        at(SphereShape{h}, {h / 2, -0.6 * h, h / 2}),   //
+        at(BoxShape{{h, h, h}}, {0, 0, 0}),             // a node at its centre
+        at(BoxShape{{h, h, h}}, {h / 2, h / 2, h / 2}), // all nodes on corners
+        at(BoxShape{{2 * h, 2 * h, 2 * h}}, {0, 0, 0}), // nodes on edges, faces and a corner
+        at(PlaneShape{{1, 1, 1}}, {h, h, h}),
+    };
+    for (std::size_t o = 0; o < obstacles.size(); ++o) {
+        TouchingBody<TypeParam> body(cell, {obstacles[o]});
+        const double start = body.energy();
+        body.dynamics.step({0.2 * body.time_step}, 3000);
+        for (const TypeParam value : body.displacements()) {
+            ASSERT_TRUE(std::isfinite(value)) << o;
+        }
+        const bool on_the_surface = o == 3;
+        EXPECT_EQ(start == 0, on_the_surface) << o;
+        EXPECT_EQ(body.dynamics.obstacle_readings().at(0).nodes, 0u) << o;
+        EXPECT_LT(body.energy(), 1.02 * start + 1e-12) << o;
+    }
+}
+
+/// A turned box is a turned world.
+TEST(ContactShapes, a_turned_box_pushes_as_a_turned_body_feels_it) {
+    const Obstacle straight = {.shape = BoxShape{{1, 2, 3}}, .pose = {.position = {0.05, -0.97, 0}}};
+    Obstacle turned = straight; // by a quarter about z: a box of 2 x 1 x 3 along the axes
+    turned.shape = BoxShape{{2, 1, 3}};
+    turned.pose.rotation = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+    TouchingBody<double> a(Lattice::box(2, 2, 2, kEdge), {straight}), b(Lattice::box(2, 2, 2, kEdge), {turned});
+    EXPECT_GT(a.dynamics.obstacle_readings().at(0).force[1], 0);
+    a.dynamics.step({a.time_step}, 20);
+    b.dynamics.step({b.time_step}, 20);
+    const std::vector<double> u = a.displacements(), w = b.displacements();
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        EXPECT_NEAR(u[i], w[i], 1e-14);
+    }
+}
+
+/// A ball on a turning plate is carried along: its centre goes round with the plate's surface.
+TEST(ContactShapes, a_turning_plate_carries_what_sticks) {
+    Obstacle plate = floor_at(0, 2);
+    plate.pose.position = {0, rest_depth(1, 10, stiffness_of(1)), 0};
+    plate.pose.angular_velocity = {0, 0.5, 0};
+    TouchingBody<double> body(Lattice::box(2, 1, 2, kEdge), {plate});
+    const StepParameters step{body.time_step, {0, -10, 0}, 0};
+    // Already turning with it.
+    std::vector<double> v;
+    for (const SurfaceNode& node : surface_nodes(body.lattice)) {
+        v.insert(v.end(), {0.5 * node.rest_position[2], 0, -0.5 * node.rest_position[0]});
+    }
+    ASSERT_EQ(v.size(), 3 * body.dynamics.node_count());
+    body.dynamics.set_velocities(VectorField<const double>::aos(v.data(), body.dynamics.node_count()));
+    const long steps = std::lround(1 / body.time_step);
+    body.dynamics.step(step, steps);
+    const double angle = 0.5 * body.time_step * static_cast<double>(steps);
+    const Vector u = body.mean(body.displacements());
+    const double c = kEdge; // the centre's x and z at rest
+    EXPECT_NEAR(c + u[0], c * (std::cos(angle) + std::sin(angle)), 0.01 * c);
+    EXPECT_NEAR(c + u[2], c * (std::cos(angle) - std::sin(angle)), 0.01 * c);
+}
+
+std::vector<Obstacle> a_mixed_scene() {
+    return {
+        floor_at(-0.01, 0.5),
+        {.shape = SphereShape{0.6}, .pose = {.position = {0.4, 2.7, 0.9}, .velocity = {0, -3, 0.1}}, .friction = 0.2},
+        {.shape = BoxShape{{1, 1, 1}},
+         .pose = {.position = {2.6, 1, 1}, .velocity = {-1, 0, 0}, .angular_velocity = {0.3, 0.2, 1}},
+         .friction = 0.3}};
+}
+const StepParameters kFall{0, {0, -10, 0}, 0.1};
+
+template <class T>
+std::uint64_t bits(const TouchingBody<T>& body) {
+    std::uint64_t hash = testing::bits_of(body.displacements());
+    hash = testing::bits_of(body.velocities(), hash);
+    const EffectEnergy contact = body.dynamics.effect_energies().at(0);
+    return testing::bits_of(std::vector<double>{contact.stored, contact.dissipated}, hash);
+}
+
+TYPED_TEST(ContactBodies, threads_calls_and_restarts_do_not_change_a_bit) {
+    const Lattice lattice = Lattice::box(16, 16, 16, kEdge);
+    StepParameters step = kFall;
+    const auto make = [&](int threads) {
+        PlanOptions options;
+        options.threads = threads;
+        TouchingBody<TypeParam> body(lattice, a_mixed_scene(), options);
+        step.time_step = body.time_step;
+        return body;
+    };
+    TouchingBody<TypeParam> one = make(1), four = make(4), parts = make(4);
+    one.dynamics.step(step, 200);
+    four.dynamics.step(step, 200);
+    EXPECT_GT(one.dynamics.effect_energies().at(0).dissipated, 0);
+    for (const ObstacleReading& reading : one.dynamics.obstacle_readings()) {
+        EXPECT_GT(reading.greatest_depth, 0);
+    }
+    EXPECT_EQ(bits(one), bits(four));
+    // Setting the state makes every node be looked at: no block may have waited too long.
+    for (int i = 0; i < 100; ++i) {
+        parts.dynamics.step(step);
+        const std::vector<TypeParam> v = parts.velocities();
+        parts.dynamics.set_velocities(VectorField<const TypeParam>::aos(v.data(), v.size() / 3));
+    }
+    TouchingBody<TypeParam> restarted = make(1);
+    const std::vector<TypeParam> u = parts.displacements(), v = parts.velocities();
+    restarted.dynamics.set_displacements(VectorField<const TypeParam>::aos(u.data(), u.size() / 3));
+    restarted.dynamics.set_velocities(VectorField<const TypeParam>::aos(v.data(), v.size() / 3));
+    restarted.dynamics.set_effect_memory(parts.dynamics.effect_memory());
+    restarted.dynamics.step(step, 100);
+    EXPECT_EQ(bits(one), bits(restarted));
+}
+
+/// Every layout and the network give the same motion.
+TEST(ContactLayouts, all_bounce_alike) {
+    const Lattice lattice = Lattice::box(3, 3, 3, kEdge);
+    std::vector<Obstacle> obstacles = {
+        floor_at(-0.01, 0.5), {.shape = SphereShape{0.2}, .pose = {.position = {0.5, -0.1, 0.2}}, .friction = 0.3}};
+    for (Obstacle& obstacle : obstacles) {
+        obstacle.stiffness = stiffness_of(1);
+    }
+    TouchingBody<double> first(lattice, obstacles);
+    const StepParameters step{first.time_step, {1, -10, 0}};
+    first.dynamics.step(step, 150);
+    const std::vector<double> expected = first.displacements();
+    const auto expect_same = [&](const std::vector<double>& u, const std::string& layout) {
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            ASSERT_NEAR(u[i], expected[i], 1e-9) << layout;
+        }
+    };
+    for (const std::string& layout : lattice_layouts()) {
+        TouchingBody<double> body(lattice, obstacles, {.layout = layout});
+        body.dynamics.step(step, 150);
+        expect_same(body.displacements(), layout);
+    }
+    const Network network = Network::from_lattice(lattice, kMaterial);
+    ExplicitDynamics<double> body(network);
+    body.set_obstacles(surface_nodes(network), obstacles);
+    body.step(step, 150);
+    std::vector<double> u(3 * body.node_count());
+    body.get_displacements(VectorField<double>::aos(u.data(), body.node_count()));
+    expect_same(u, "network");
+}
+
+// What a cut lays bare touches as the surface of a body built without the cells; what has lost all cells does not.
+TEST(ContactLayouts, a_cut_body_touches_with_its_new_surface) {
+    for (const char* layout : {"flat-rows", "active-rows", "gather-rows"}) {
+        PlanOptions options;
+        options.layout = layout;
+        // Deep in a floor, so that the middle touches too.
+        TouchingBody<double> body(Lattice::box(4, 4, 4, kEdge), {floor_at(0.3, 0.5)}, options);
+        const std::vector<std::uint32_t> grid_nodes = body.lattice.nodes();
+        for (const std::vector<std::uint32_t>& bite :
+             {std::vector<std::uint32_t>{5, 21, 20, 22}, {0, 1, 2, 3, 16, 17, 18, 19, 32, 33}}) {
+            EXPECT_EQ(body.dynamics.remove_cells(body.lattice, bite), bite.size());
+        }
+        TouchingBody<double> anew(body.lattice, {floor_at(0.3, 0.5)}, options);
+        const auto forces = [](const TouchingBody<double>& of) {
+            std::vector<double> f(3 * of.dynamics.node_count());
+            of.dynamics.get_effect_forces(VectorField<double>::aos(f.data(), of.dynamics.node_count()));
+            return f;
+        };
+        const std::vector<double> cut = forces(body), expected = forces(anew);
+        const std::vector<std::uint32_t> left = body.lattice.nodes();
+        std::size_t next = 0;
+        for (std::size_t n = 0; n < grid_nodes.size(); ++n) {
+            const bool is_left = next < left.size() && left[next] == grid_nodes[n];
+            for (std::size_t a = 0; a < 3; ++a) {
+                EXPECT_EQ(cut[3 * n + a], is_left ? expected[3 * next + a] : 0) << layout << ", node " << n;
+            }
+            next += is_left;
+        }
+        EXPECT_EQ(next, left.size());
+        const ObstacleReading reading = body.dynamics.obstacle_readings().at(0),
+                              wanted = anew.dynamics.obstacle_readings().at(0);
+        EXPECT_EQ(reading.nodes, wanted.nodes);
+        EXPECT_GT(wanted.nodes, 40u);
+        body.dynamics.step({body.time_step}, 20);
+        EXPECT_TRUE(std::isfinite(body.energy()));
+    }
+}
+
+TEST(ContactInput, surface_nodes_are_those_outside) {
+    EXPECT_EQ(surface_nodes(Lattice::box(3, 3, 3, 1.0)).size(), 64u - 8u);
+    Lattice hollow = Lattice::box(3, 3, 3, 1.0);
+    hollow.set_cell_scale(1, 1, 1, 0);
+    EXPECT_EQ(surface_nodes(hollow, {1, 2, 3}).size(), 64u);
+    EXPECT_EQ(surface_nodes(hollow, {1, 2, 3}).front().rest_position, (Vector{1, 2, 3}));
+    EXPECT_EQ(surface_nodes(Network::from_lattice(hollow, kMaterial)).size(), 64u);
+}
+
+TEST(ContactInput, costs_nothing_without_obstacles_and_shortens_the_step_with_them) {
+    const Lattice lattice = Lattice::box(4, 4, 4, kEdge);
+    ExplicitDynamics<double> body(lattice, kMaterial);
+    const std::size_t bytes = body.describe().bytes;
+    const double own = body.critical_time_step();
+    body.set_obstacles(surface_nodes(lattice), std::vector{floor_at(0, 0.5), floor_at(1, 0, 3 / (own * own))});
+    EXPECT_GT(body.describe().bytes, bytes);
+    EXPECT_NEAR(body.critical_time_step(), own / std::sqrt(2.0), 1e-12 * own); // 4 + 1 + 3 over 4
+    body.set_obstacles({}, {});
+    EXPECT_EQ(body.describe().bytes, bytes);
+    EXPECT_EQ(body.critical_time_step(), own);
+    EXPECT_TRUE(body.effect_energies().empty());
+}
+
+TEST(ContactInput, bad_ones_are_refused) {
+    ExplicitDynamics<float> body(Lattice::box(1, 1, 1, 1.0), kMaterial);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<SurfaceNode> surface = surface_nodes(Lattice::box(1, 1, 1, 1.0));
+    const auto refuse = [&](const Obstacle& obstacle) {
+        EXPECT_THROW(body.set_obstacles(surface, std::array{obstacle}), std::invalid_argument);
+    };
+    refuse({.shape = PlaneShape{{0, 0, 0}}});
+    refuse({.shape = PlaneShape{{0, nan, 0}}});
+    refuse({.shape = SphereShape{0}});
+    refuse({.shape = BoxShape{{1, -1, 1}}});
+    refuse({.shape = PlaneShape{}, .friction = -0.1});
+    refuse({.shape = PlaneShape{}, .stiffness = nan});
+    refuse({.shape = PlaneShape{}, .pose = {.position = {nan, 0, 0}}});
+    refuse({.shape = PlaneShape{}, .pose = {.rotation = {2, 0, 0, 0, 1, 0, 0, 0, 1}}});
+    const std::array one = {Obstacle{}};
+    EXPECT_THROW(body.set_obstacles(std::array{SurfaceNode{.node = 8}}, one), std::invalid_argument);
+    EXPECT_THROW(body.set_obstacles(std::array{SurfaceNode{}, SurfaceNode{}}, one), std::invalid_argument);
+    EXPECT_THROW(body.move_obstacles(std::array{RigidPose{}}), std::invalid_argument);
+    body.set_obstacles(surface, one);
+    EXPECT_THROW(body.move_obstacles({}), std::invalid_argument);
+    EXPECT_THROW(body.set_effect_memory({}), std::invalid_argument);
+}
+
+} // namespace
+} // namespace hybmss

@@ -1,0 +1,205 @@
+/// Scenes with obstacles, and where their energy goes.
+
+#include "hybmss/simulation/simulation.hpp"
+#include "tests/program.hpp"
+#include "tests/simulation/vtu_array.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <memory>
+
+namespace hybmss {
+namespace {
+
+const std::string kCube = "[body]\ncells = [4, 4, 4]\ncell_size = 0.1\n[material]\nyoung_modulus = 1e5\n"
+                          "poisson_ratio = 0.3\ndensity = 1000\n";
+const std::string kMetered = "[output]\nenergy_balance = true\n";
+
+/// The balance of a whole scene, which must close.
+EnergyBalance balance_of(const std::string& text) {
+    Simulation simulation(parse_scene(text, "s.toml"));
+    const Summary summary = simulation.run();
+    EXPECT_EQ(summary.failure, "");
+    EXPECT_TRUE(summary.balance);
+    const EnergyBalance balance = summary.balance.value_or(EnergyBalance{});
+    EXPECT_LT(balance.relative_imbalance(), 1e-3) << balance.imbalance();
+    return balance;
+}
+
+TEST(SceneEnergyBalance, closes_with_plates) {
+    const EnergyBalance b = balance_of(kCube + kMetered +
+                                       "[[fix]]\nwhere = \"y-min\"\n"
+                                       "[[move]]\nwhere = \"y-max\"\ntranslate = [0.05, -0.04, 0]\nover = 0.3\n"
+                                       "[damping]\nmass = 5\n[solver]\nduration = 0.4\n");
+    EXPECT_GT(b.supports, 0.1);
+    EXPECT_GT(b.elastic, 0.5 * b.supports);
+    EXPECT_GT(b.mass_damping, 1e-3 * b.supports);
+    EXPECT_EQ(b.effects_dissipated, 0);
+}
+
+TEST(SceneEnergyBalance, closes_with_a_turning_plate_and_gravity) {
+    const EnergyBalance b =
+        balance_of(kCube + kMetered +
+                   "[[fix]]\nwhere = \"y-min\"\naxes = \"y\"\n[gravity]\nacceleration = [1, -9, 0]\n"
+                   "[[move]]\nwhere = \"y-max\"\nrotate = {axis = \"y\", degrees = 30}\nover = 0.2\n"
+                   "[solver]\nduration = 0.3\n");
+    EXPECT_GT(b.supports, 0.1);
+    EXPECT_GT(std::abs(b.gravity), 0.001);
+    EXPECT_EQ(b.mass_damping, 0);
+}
+
+TEST(SceneEnergyBalance, closes_with_loads) {
+    const EnergyBalance b =
+        balance_of(kCube + kMetered +
+                   "[[fix]]\nwhere = \"x-min\"\n[[load]]\nwhere = \"x-max\"\nforce = [0, -200, 50]\n"
+                   "[damping]\nmass = 3\n[solver]\nduration = 0.5\n");
+    EXPECT_GT(b.loads, 0.1);
+    EXPECT_EQ(b.supports, 0);
+    EXPECT_GT(b.mass_damping, 0.1 * b.loads);
+}
+
+/// Falls, bounces, is pushed along by a box and slides. At the default time step, four times as long, the first step of
+/// each node in an obstacle costs 3e-3: the force begins in the middle of a step.
+TEST(SceneEnergyBalance, closes_with_contact_friction_and_a_moving_box) {
+    const EnergyBalance b = balance_of(
+        kCube + kMetered +
+        "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 1\n"
+        "[[obstacle]]\nname = \"floor\"\nplane = {point = [0, -0.05, 0], normal = [0, 1, 0]}\nfriction = 0.4\n"
+        "[[obstacle]]\nname = \"box\"\nbox = [[-0.6, -0.04, -0.2], [-0.05, 0.3, 0.6]]\nfriction = 0.2\n"
+        "translate = [0.5, 0, 0]\nover = 0.6\n[solver]\nduration = 0.8\ntime_step = 0.0007\n");
+    EXPECT_GT(b.obstacles, 1);
+    EXPECT_GT(b.gravity, 1);
+    EXPECT_GT(b.effects_dissipated, 1);
+    EXPECT_GT(b.mass_damping, 0.01);
+}
+
+/// A ball of voxels would do as well; a cube on a turntable feels the torque.
+TEST(SceneEnergyBalance, closes_with_a_turning_obstacle) {
+    const EnergyBalance b =
+        balance_of(kCube + kMetered +
+                   "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 3\n"
+                   "[[obstacle]]\nplane = {point = [0.2, 0, 0.2], normal = [0, 1, 0]}\nfriction = 0.8\n"
+                   "rotate = {axis = \"y\", degrees = 60}\nover = 0.5\n[solver]\nduration = 0.6\n");
+    EXPECT_GT(b.obstacles, 0.05);
+}
+
+TEST(ContactScene, rests_with_its_weight_on_the_floor) {
+    Simulation simulation(
+        parse_scene(kCube + "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 20\n[[obstacle]]\n"
+                            "plane = {point = [0, 0, 0], normal = [0, 3, 0]}\nstiffness = 2e5\nfriction = 0.5\n"
+                            "[solver]\nduration = 3\ntolerance = 1e-3\n",
+                    "s.toml"));
+    const Summary summary = simulation.run();
+    EXPECT_TRUE(summary.converged) << summary.failure;
+    const ObstacleReading& floor = summary.obstacles.at(0).reading;
+    EXPECT_EQ(summary.obstacles[0].name, "obstacle_0");
+    EXPECT_NEAR(floor.force[1], 64 * 10, 0.1);
+    // Pressure by stiffness: 64 kg on 0.16 m^2.
+    double depth = 0;
+    for (const auto& u : simulation.displacements()) {
+        depth = std::max(depth, -u[1]);
+    }
+    EXPECT_GT(depth, 640 / 0.16 / 2e5);
+    EXPECT_NEAR(floor.depth, 640 / 0.16 / 2e5, 0.15 * 640 / 0.16 / 2e5); // edges bear less, corners more
+    EXPECT_TRUE(summary.warnings.empty());
+    const test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml",
+                     kCube + kMetered +
+                         "[[obstacle]]\nname = \"a\"\nplane = {point = [0, 0, 0], normal = [0, 3, 0]}\n"
+                         "[solver]\nduration = 0.1\n");
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_NE(run.output.find("obstacle a"), std::string::npos) << run.output;
+    const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
+    EXPECT_TRUE(json.at("obstacles").at("a").contains("greatest_depth"));
+    EXPECT_TRUE(json.at("energy_balance").contains("relative_imbalance"));
+    EXPECT_TRUE(json.at("effects").at("contact").contains("dissipated"));
+    // Where it stands is in every result.
+    const std::vector<double> drawn =
+        test::vtu_array<double>(test::read_text(directory.path() / "r/body_0000.vtu"), "obstacles");
+    EXPECT_EQ(drawn, (std::vector<double>{0, 0, 3, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
+}
+
+/// Friction's memory and the meter's sums are in the checkpoint.
+TEST(ContactScene, a_restarted_run_ends_with_the_same_bits) {
+    const Scene scene =
+        parse_scene(kCube + kMetered +
+                        "[gravity]\nacceleration = [2, -10, 0]\n[[obstacle]]\nfriction = 0.4\n"
+                        "plane = {point = [0, -0.01, 0], normal = [0, 1, 0]}\n[[obstacle]]\nfriction = 0.2\n"
+                        "box = [[0.5, -1, -1], [1.5, 1, 1]]\ntranslate = [-0.2, 0, 0]\nover = 0.5\n"
+                        "[solver]\nduration = 0.6\n",
+                    "s.toml");
+    const test::TemporaryDirectory directory;
+    const std::string file = (directory.path() / "checkpoint").string();
+    Simulation whole(scene), first(scene);
+    const Summary expected = whole.run();
+    first.step(whole.steps() / 2);
+    first.write_checkpoint(file);
+    Simulation rest = Simulation::restarted(scene, {}, file);
+    const Summary summary = rest.run();
+    EXPECT_EQ(rest.steps(), whole.steps());
+    EXPECT_EQ(rest.displacements(), whole.displacements());
+    EXPECT_EQ(rest.velocities(), whole.velocities());
+    EXPECT_GT(summary.energies.effects.at(0).dissipated, 0);
+    EXPECT_EQ(summary.energies.effects.at(0).dissipated, expected.energies.effects.at(0).dissipated);
+    EXPECT_EQ(summary.balance.value().obstacles, expected.balance.value().obstacles);
+    EXPECT_EQ(summary.balance.value().imbalance(), expected.balance.value().imbalance());
+}
+
+/// A wall that comes closer at a constant speed, and one too thin for the speed: warned of.
+TEST(ContactScene, a_deep_impact_is_warned_of) {
+    Simulation simulation(parse_scene(kCube + "[[obstacle]]\nbox = [[-0.3, -0.2, -0.3], [0.7, -0.1, 0.7]]\n"
+                                              "velocity = [0, 8, 0]\n[solver]\nduration = 0.05\n",
+                                      "s.toml"));
+    const Summary summary = simulation.run();
+    ASSERT_EQ(summary.warnings.size(), 1u);
+    EXPECT_NE(summary.warnings[0].find("deep in obstacle_0"), std::string::npos) << summary.warnings[0];
+}
+
+/// The first part of an example.
+Summary run_example(const std::string& name, double duration) {
+    Scene scene = load_scene(test::example(name));
+    scene.solver.duration = duration;
+    return Simulation(std::move(scene)).run();
+}
+
+TEST(ContactExamples, a_ball_rolls) {
+    Scene scene = load_scene(test::example("rolling_ball"));
+    scene.solver.duration = 0.3;
+    scene.output.energy_balance = false;
+    Simulation simulation(std::move(scene));
+    const Summary summary = simulation.run();
+    EXPECT_EQ(summary.failure, "");
+    // The way of the centre along the incline: a rigid ball that rolls goes 5/7 g sin(30 degrees) t^2/2; one that only
+    // slides, at a friction of 0.8 > tan(30 degrees), would not move at all. And it has turned by way over radius.
+    double along = 0, turned = 0, square = 0;
+    const std::vector<std::array<double, 3>> u = simulation.displacements(), v = simulation.velocities();
+    std::array<double, 3> mean = {0, 0, 0};
+    for (const auto& w : v) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            mean[a] += w[a] / static_cast<double>(v.size());
+        }
+    }
+    for (const auto& way : u) {
+        along += (0.8660254 * way[0] - 0.5 * way[1]) / static_cast<double>(u.size());
+    }
+    for (const auto& w : v) {
+        turned += std::hypot(w[0] - mean[0], w[1] - mean[1]);
+        square += 1;
+    }
+    const double rigid = 5.0 / 7 * 9.81 * 0.5 * 0.3 * 0.3 / 2;
+    EXPECT_NEAR(along, rigid, 0.2 * rigid);
+    EXPECT_GT(turned / square, 0.3 * std::hypot(mean[0], mean[1]));
+}
+
+TEST(ContactExamples, a_cube_drops) {
+    const Summary summary = run_example("dropped_cube", 0.5);
+    EXPECT_EQ(summary.failure, "");
+    EXPECT_LT(summary.balance.value().relative_imbalance(), 1e-2); // see the moving box
+    EXPECT_GT(summary.obstacles.at(1).reading.greatest_depth, 0);
+    EXPECT_TRUE(summary.warnings.empty());
+}
+
+} // namespace
+} // namespace hybmss

@@ -1,0 +1,250 @@
+/// Where files are written to and read from: links, pipes, devices, directories in use, full disks, empty names.
+
+#include "simulation/results/atomic_file.hpp"
+#include "tests/program.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <thread>
+
+namespace hybmss {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A directory with the scene `s.toml`.
+class OutputFiles : public testing::Test {
+protected:
+    OutputFiles() { write("s.toml", test::small_scene()); }
+    fs::path path(const std::string& name) const { return directory_.path() / name; }
+    void write(const std::string& name, const std::string& text) const { test::write_text(path(name), text); }
+    test::ProgramResult run(const std::string& arguments) const {
+        return test::run_program(arguments, directory_.path());
+    }
+    /// By a shell in the directory: its exit code.
+    int shell(const std::string& command) const {
+        const int status = std::system(("cd '" + directory_.path().string() + "' && " + command).c_str());
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    }
+    void expect_refused(const std::string& arguments, const std::string& message, int code = 2) const {
+        const test::ProgramResult result = run(arguments);
+        EXPECT_EQ(result.exit_code, code) << arguments << "\n" << result.errors;
+        EXPECT_NE(result.errors.find(message), std::string::npos) << arguments << "\n" << result.errors;
+        EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    }
+
+    test::TemporaryDirectory directory_;
+};
+
+TEST_F(OutputFiles, a_link_stays_and_the_file_it_names_is_replaced) {
+    fs::create_directory(path("kept"));
+    write("kept/record", "old");
+    fs::create_symlink("kept/record", path("link"));
+    fs::create_symlink("link", path("link_to_link"));
+    EXPECT_EQ(run("record s.toml --out link_to_link --states 1").exit_code, 0);
+    EXPECT_TRUE(fs::is_symlink(path("link")) && fs::is_symlink(path("link_to_link")));
+    EXPECT_GT(fs::file_size(path("kept/record")), 100u);
+
+    fs::create_symlink("kept/new", path("to_nothing"));
+    write_file(path("to_nothing"), "text");
+    EXPECT_TRUE(fs::is_symlink(path("to_nothing")));
+    EXPECT_EQ(test::read_text(path("kept/new")), "text");
+
+    fs::create_symlink("round", path("round"));
+    expect_refused("record s.toml --out round --states 1", "round: cannot be written: Too many levels", 1);
+}
+
+TEST_F(OutputFiles, a_pipe_is_written_directly) {
+    ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+    fs::create_symlink("pipe", path("link"));
+    // Without a limit a reader of a pipe that was replaced would wait for ever.
+    EXPECT_EQ(shell("{ timeout 20 cat pipe > read & } && timeout 20 '" HYBMSS_APP
+                    "' record s.toml --out link --states 1 > out && wait"),
+              0);
+    EXPECT_TRUE(fs::is_fifo(path("pipe")) && fs::is_symlink(path("link")));
+    EXPECT_GT(fs::file_size(path("read")), 100u);
+    fs::create_symlink("/dev/stdout", path("stdout")); // as in a_device_stays
+    EXPECT_EQ(shell("'" HYBMSS_APP "' explain s.toml --json stdout | grep -q '\"nodes\": 60'"), 0);
+}
+
+/// By a link: what is replaced by mistake is not the device.
+TEST_F(OutputFiles, a_device_stays_and_tells_that_it_is_full) {
+    fs::create_symlink("/dev/full", path("full"));
+    expect_refused("record s.toml --out full --states 1", "full: cannot be written: No space left on device", 1);
+    EXPECT_TRUE(fs::is_symlink(path("full")));
+}
+
+TEST_F(OutputFiles, what_cannot_be_written_is_refused_before_the_work) {
+    fs::create_directory(path("folder"));
+    expect_refused("explain s.toml --json folder", "--json folder: cannot be written: it is a directory");
+    // By its own name the file would be parted from what the shell has opened.
+    fs::create_symlink("/dev/stdout", path("stdout"));
+    EXPECT_EQ(shell("'" HYBMSS_APP "' explain s.toml --json stdout > out 2> errors"), 2);
+    EXPECT_NE(test::read_text(path("errors")).find("it is a file that is open already"), std::string::npos);
+    write("target", "");
+    fs::create_symlink("target", path("j.partial"));
+    EXPECT_EQ(run("explain s.toml --json j").exit_code, 2); // not through a link that somebody put there
+    EXPECT_EQ(fs::file_size(path("target")), 0u);
+}
+
+TEST_F(OutputFiles, one_file_has_one_writer) {
+    AtomicFile first(path("file"));
+    first.stream() << "first";
+    EXPECT_THROW(AtomicFile second(path("file")), std::runtime_error);
+    first.commit();
+    EXPECT_EQ(test::read_text(path("file")), "first");
+    write("file.partial", "left by a process that was killed");
+    write_file(path("file"), "second");
+    EXPECT_EQ(test::read_text(path("file")), "second");
+    EXPECT_FALSE(fs::exists(path("file.partial")));
+}
+
+TEST_F(OutputFiles, a_full_disk_is_told_by_its_reason) {
+    ASSERT_EQ(shell("trap '' XFSZ; ulimit -f 2; '" HYBMSS_APP "' run s.toml --out D > /dev/null 2> errors"), 1);
+    const std::string errors = test::read_text(path("errors"));
+    EXPECT_NE(errors.find("body_0000.vtu: cannot be written: File too large"), std::string::npos) << errors;
+    EXPECT_FALSE(fs::exists(path("D/body_0000.vtu.partial")));
+}
+
+TEST_F(OutputFiles, standard_output_that_is_full_is_an_error_everywhere) {
+    for (const char* arguments : {"--version", "--help", "explain --keys", "explain s.toml"}) {
+        EXPECT_EQ(shell("'" HYBMSS_APP "' " + std::string(arguments) + " > /dev/full 2> errors"), 1) << arguments;
+    }
+}
+
+/// A run that takes long, as a child.
+class Child {
+public:
+    Child(const fs::path& directory, const char* out) : process_(fork()) {
+        if (process_ == 0) {
+            const int nowhere = open("/dev/null", O_RDWR);
+            if (chdir(directory.c_str()) == 0 && dup2(nowhere, 1) == 1 && dup2(nowhere, 2) == 2) {
+                execl(HYBMSS_APP, HYBMSS_APP, "run", "s.toml", "--out", out, static_cast<char*>(nullptr));
+            }
+            _exit(127);
+        }
+        for (int wait = 0; wait < 2000 && !fs::exists(directory / out / "body_0001.vtu"); ++wait) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+    }
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+    ~Child() { end(SIGKILL); }
+    /// The wait status.
+    int end(int signal) {
+        int status = -1;
+        if (process_ > 0) {
+            kill(process_, signal);
+            waitpid(process_, &status, 0);
+            process_ = -1;
+        }
+        return status;
+    }
+
+private:
+    pid_t process_;
+};
+
+std::string long_scene() {
+    std::string text = test::small_scene("duration = 30", "duration = 30000");
+    text.erase(text.find("tolerance = 1e-4\n"), 17);
+    return text;
+}
+
+TEST_F(OutputFiles, a_directory_has_one_run_at_a_time) {
+    write("s.toml", long_scene());
+    write("quick.toml", test::small_scene());
+    Child first(directory_.path(), "D");
+    expect_refused("run quick.toml --out D", "--out: D: is in use by another run");
+    EXPECT_TRUE(fs::exists(path("D/probes.csv.partial")));
+    first.end(SIGKILL);
+    EXPECT_EQ(run("run quick.toml --out D").exit_code, 0); // what the killed one left is no hindrance
+    EXPECT_FALSE(fs::exists(path("D/probes.csv.partial")));
+}
+
+TEST_F(OutputFiles, a_run_that_is_stopped_leaves_no_end_of_an_earlier_one) {
+    write("quick.toml", test::small_scene());
+    ASSERT_EQ(run("run quick.toml --out D").exit_code, 0);
+    ASSERT_TRUE(fs::exists(path("D/summary.json")));
+    fs::remove(path("D/body_0001.vtu")); // by which a Child is known to run
+    write("s.toml", long_scene());
+    Child child(directory_.path(), "D");
+    child.end(SIGTERM);
+    for (const char* name : {"summary.json", "body.pvd", "probes.csv"}) {
+        EXPECT_FALSE(fs::exists(path("D") / name)) << name;
+    }
+    EXPECT_TRUE(fs::exists(path("D/checkpoint")));
+}
+
+TEST_F(OutputFiles, a_hangup_stops_a_run_as_a_termination_does) {
+    write("s.toml", long_scene());
+    Child child(directory_.path(), "D");
+    const int status = child.end(SIGHUP);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 128 + SIGHUP) << status;
+    EXPECT_TRUE(fs::exists(path("D/checkpoint")));
+    EXPECT_FALSE(fs::exists(path("D/probes.csv.partial")));
+}
+
+TEST_F(OutputFiles, a_probe_that_is_not_finite_is_told_with_the_cause) {
+    write("s.toml", "[body]\ncells = [3, 3, 3]\ncell_size = 0.1\n"
+                    "[material]\nyoung_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\n"
+                    "[[fix]]\nwhere = \"y-min\"\n[[load]]\nwhere = \"y-max\"\nforce = [0, 1e12, 0]\n"
+                    "[solver]\nmethod = \"static\"\n[[probe]]\nname = \"p\"\nwhere = \"y-min\"\n");
+    const test::ProgramResult result = run("run s.toml --precision float --out D");
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_EQ(result.errors.rfind("hybmss: error: s.toml: probe \"p\": the force is not finite: not written; ", 0), 0u)
+        << result.errors;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    for (const char* name : {"summary.json", "body.pvd", "probes.csv", "probes.csv.partial"}) {
+        EXPECT_FALSE(fs::exists(path("D") / name)) << name;
+    }
+}
+
+TEST_F(OutputFiles, options_that_make_no_sense_are_one_line) {
+    expect_refused("run s.toml --out ''", "--out: it must not be empty");
+    expect_refused("forces s.toml --displacements s.toml --out ''", "--out: it must not be empty");
+    expect_refused("record s.toml --out ''", "--out: it must not be empty");
+    expect_refused("explain s.toml --json ''", "--json: it must not be empty");
+    expect_refused("run s.toml --out D --checkpoint-every nan", "nan: it must be a number at least 0");
+    expect_refused("run s.toml --out D --checkpoint-every=-1", "-1: it must be a number at least 0");
+    expect_refused("run s.toml --tile-nodes=-1", "--tile-nodes: Value -1 not in range");
+    expect_refused("run s.toml --tile-nodes nan", "--tile-nodes");
+    EXPECT_FALSE(fs::exists(path("D")));
+}
+
+TEST_F(OutputFiles, what_is_read_whole_is_a_regular_file) {
+    ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+    fs::create_symlink("/dev/zero", path("endless"));
+    fs::create_directory(path("D"));
+    for (const char* name : {"pipe", "endless"}) {
+        const std::string no_file = "it is a pipe, a device or a socket; a regular file is needed";
+        write("v.toml", test::small_scene("cells = [2, 3, 4]", "voxels = \"" + std::string(name) + "\""));
+        // Limits, for without the check these read for ever, or until the memory is gone.
+        const auto limited = [&](const std::string& arguments) {
+            EXPECT_EQ(shell("ulimit -v 20000000; timeout 10 '" HYBMSS_APP "' " + arguments + " > out 2> errors"), 2);
+            EXPECT_NE(test::read_text(path("errors")).find(no_file), std::string::npos)
+                << arguments << "\n"
+                << test::read_text(path("errors"));
+        };
+        limited("run v.toml");
+        limited("run s.toml --effort stored --wisdom " + std::string(name));
+        fs::remove(path("D/checkpoint"));
+        fs::create_symlink(path(name), path("D/checkpoint"));
+        limited("run s.toml --out D --restart");
+    }
+    fs::remove(path("D/checkpoint"));
+    fs::create_directory(path("D/checkpoint"));
+    expect_refused("run s.toml --out D --restart", "D/checkpoint: it is a directory");
+    EXPECT_EQ(shell("cat s.toml | '" HYBMSS_APP "' run /dev/stdin > out"), 0); // a scene may come by a pipe
+}
+
+} // namespace
+} // namespace hybmss

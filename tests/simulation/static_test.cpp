@@ -1,0 +1,216 @@
+/// Static scenes: one load step from rest to the equilibria that physics demands.
+
+#include "hybmss/simulation/simulation.hpp"
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace hybmss {
+namespace {
+
+/// An example's scene, solved for its equilibrium instead of through time.
+Scene static_example(const std::string& name) {
+    Scene scene = load_scene(test::example(name));
+    scene.solver = {};
+    scene.solver.method = SolverMethod::static_equilibrium;
+    return scene;
+}
+
+Summary solved(Scene scene, const SimulationOptions& options = {}) {
+    Simulation simulation(std::move(scene), options);
+    return simulation.run();
+}
+
+struct Figures {
+    const char* scene;
+    double volume_change; ///< percent
+    double force;         ///< N
+};
+
+class StaticCompression : public testing::TestWithParam<Figures> {};
+
+TEST_P(StaticCompression, meets_the_figures) {
+    const Summary summary = solved(static_example(GetParam().scene));
+    ASSERT_TRUE(summary.converged) << summary.failure;
+    EXPECT_LE(summary.settlement.residual, 1e-8);
+    EXPECT_NEAR(100 * summary.volume.relative_volume_change, GetParam().volume_change, 0.0006);
+    EXPECT_NEAR(summary.probes.at(0).force[1], -GetParam().force, 1e-5 * GetParam().force);
+    EXPECT_GT(summary.volume.min_cell_volume_ratio, 0.7);
+    EXPECT_EQ(summary.time, 1);
+    EXPECT_GT(summary.work.cg_iterations, summary.work.newton_iterations);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, StaticCompression,
+                         testing::Values(Figures{"compression_nu025", 13.519, 46526.7},
+                                         Figures{"compression_nu0499", 0.108, 79497.9},
+                                         Figures{"compression_nu0", 19.849, 37285.7}),
+                         [](const auto& scene) { return std::string(scene.param.scene); });
+
+TEST(Static, shear_and_torsion_meet_the_figures) {
+    EXPECT_NEAR(solved(static_example("shear")).probes.at(0).force[0], 14108.3, 0.5);
+    EXPECT_NEAR(solved(static_example("torsion_1")).probes.at(0).torque[1], 1290.9, 0.1);
+    Scene torsion = static_example("torsion_1");
+    std::get<Rotation>(torsion.moves.at(0).motion).degrees = 36;
+    EXPECT_NEAR(solved(torsion).probes.at(0).torque[1], 47351.7, 5);
+}
+
+/// Gravity alone: the support carries the weight.
+TEST(Static, beam_hangs_from_its_support) {
+    const Summary summary = solved(static_example("beam"));
+    ASSERT_TRUE(summary.converged) << summary.failure;
+    const double weight = 1000 * 0.4 * 0.4 * 2.4 * 10;
+    EXPECT_NEAR(summary.probes.at(0).force[1], weight, 1e-6 * weight);
+}
+
+TEST(Static, several_load_steps_lead_to_the_same_equilibrium) {
+    Scene scene = static_example("compression_nu0499");
+    scene.solver.load_steps = 4;
+    const Summary summary = solved(scene);
+    EXPECT_TRUE(summary.converged) << summary.failure;
+    EXPECT_GT(summary.work.load_steps, 1);
+    EXPECT_NEAR(summary.probes.at(0).force[1], -79497.9, 0.5);
+}
+
+TEST(Static, float_converges_to_its_own_tolerance) {
+    SimulationOptions options;
+    options.precision = Precision::float32;
+    const Summary summary = solved(static_example("compression_nu025"), options);
+    EXPECT_TRUE(summary.converged) << summary.failure;
+    EXPECT_NEAR(summary.probes.at(0).force[1], -46526.7, 1e-3 * 46526.7);
+}
+
+/// The paper's energy has no lower bound at nu = 0: a free bar has no equilibrium at 20 % tension. The mean-stretch
+/// energy has one.
+TEST(Static, tension_below_a_quarter_needs_the_mean_stretch_energy) {
+    for (const double nu : {0.0, -0.5}) {
+        Scene scene = static_example("compression_nu0");
+        scene.material.poisson_ratio = nu;
+        scene.moves.at(0).motion = std::array<double, 3>{0, 1, 0};
+        const Summary good = solved(scene);
+        EXPECT_TRUE(good.converged) << nu << ": " << good.failure;
+        EXPECT_GT(good.volume.min_cell_volume_ratio, 1);
+        if (nu == 0) {
+            EXPECT_NEAR(100 * good.volume.relative_volume_change, 20.423, 0.01);
+        }
+        scene.material.volume_energy = VolumeEnergy::quadratic;
+        const Summary bad = solved(scene);
+        EXPECT_FALSE(bad.converged);
+        EXPECT_NE(bad.failure.find("\"quadratic\" has no lower bound"), std::string::npos) << bad.failure;
+        for (const auto& force : bad.probes) {
+            EXPECT_TRUE(std::isfinite(force.force[1]));
+        }
+    }
+}
+
+TEST(Static, program_writes_the_state_it_had_and_fails) {
+    test::TemporaryDirectory directory;
+    std::string text = test::small_scene("poisson_ratio = 0.3", "poisson_ratio = -0.5\nvolume_energy = \"quadratic\"");
+    text.replace(text.find("translate = [0, -0.1, 0]"), 24, "translate = [0, 0.9, 0]");
+    text.replace(text.find("symplectic-euler"), 16, "static");
+    test::write_text(directory.path() / "s.toml", text);
+    const test::ProgramResult result = test::run_program("run s.toml --out results", directory.path());
+    EXPECT_EQ(result.exit_code, 1) << result.errors;
+    EXPECT_NE(result.errors.find("no equilibrium"), std::string::npos) << result.errors;
+    const nlohmann::json json = nlohmann::json::parse(test::read_text(directory.path() / "results/summary.json"));
+    EXPECT_FALSE(json.at("converged").get<bool>());
+    EXPECT_TRUE(json.at("residual").is_number());
+    EXPECT_TRUE(std::filesystem::exists(directory.path() / "results/body_0001.vtu"));
+}
+
+/// A load on the free end of a rod: the stretch is F L / (E A) where the ends are free to contract.
+TEST(Static, load_stretches_a_rod_by_hookes_law) {
+    Scene scene = parse_scene(R"(
+        [body]
+        cells = [2, 2, 12]
+        cell_size = 0.1
+        [material]
+        young_modulus = 1e6
+        poisson_ratio = 0.25
+        density = 1000
+        [[fix]]
+        where = "z-min"
+        axes = "z"
+        [[fix]]
+        where = {node = 0}
+        [[fix]]
+        where = {node = 2}
+        axes = "y"
+        [[load]]
+        where = "z-max"
+        force = [0, 0, 4]
+        [solver]
+        method = "static"
+        [[probe]]
+        name = "end"
+        where = "z-max"
+    )",
+                              "rod.toml");
+    const Summary summary = solved(scene);
+    ASSERT_TRUE(summary.converged) << summary.failure;
+    const double expected = 4 * 1.2 / (1e6 * 0.04);
+    EXPECT_NEAR(summary.probes.at(0).mean_displacement[2], expected, 1e-3 * expected);
+    EXPECT_NEAR(summary.energies.external, -4 * summary.probes.at(0).mean_displacement[2],
+                1e-9 * summary.energies.springs);
+    EXPECT_NEAR(-summary.energies.external, 2 * summary.energies.springs, 1e-3 * summary.energies.springs);
+}
+
+/// The same load through time ends at the same stretch.
+TEST(Load, damped_explicit_run_settles_at_the_static_solution) {
+    Scene scene = parse_scene(test::small_scene("translate = [0, -0.1, 0]", "translate = [0.01, 0, 0]"), "s.toml");
+    scene.loads.push_back({BoxRegion{{0.4, 0.4, 0.4}, {1.1, 1.1, 1.1}}, {30, -20, 10}});
+    scene.solver.tolerance = 1e-7;
+    scene.solver.duration = 100;
+    const Summary in_time = solved(scene);
+    EXPECT_TRUE(in_time.converged) << in_time.failure;
+    scene.solver.method = SolverMethod::static_equilibrium;
+    const Summary at_rest = solved(scene);
+    EXPECT_TRUE(at_rest.converged) << at_rest.failure;
+    for (std::size_t a = 0; a < 3; ++a) {
+        EXPECT_NEAR(in_time.probes.at(0).force[a], at_rest.probes.at(0).force[a], 1e-4);
+    }
+    EXPECT_NEAR(in_time.energies.springs, at_rest.energies.springs, 1e-5 * at_rest.energies.springs);
+    EXPECT_NEAR(in_time.energies.external, at_rest.energies.external, 1e-5 * at_rest.energies.springs);
+}
+
+/// With steps a hundred times the explicit limit the damped cube settles at the same equilibrium.
+TEST(BackwardEuler, settles_at_the_equilibrium_with_steps_a_hundred_times_the_explicit_limit) {
+    Scene scene = load_scene(test::example("compression_nu025"));
+    scene.solver.method = SolverMethod::backward_euler;
+    scene.solver.tolerance = 1e-5;
+    scene.output = {};
+    scene.solver.time_step = 100 * Simulation(scene).critical_time_step();
+    const Summary summary = solved(scene);
+    ASSERT_TRUE(summary.converged) << summary.failure;
+    EXPECT_NEAR(100 * summary.volume.relative_volume_change, 13.519, 13.519e-4);
+    EXPECT_NEAR(summary.probes.at(0).force[1], -46526.7, 1e-4 * 46526.7);
+    EXPECT_GT(summary.work.newton_iterations, 0);
+}
+
+/// v_n+1 = v_n + dt g: a falling body is not slowed.
+TEST(BackwardEuler, free_fall) {
+    std::string text = test::small_scene("[[fix]]", "[gravity]\nacceleration = [0, -10, 0]\n[[fix]]");
+    text.erase(text.find("[[fix]]"), text.find("[damping]") - text.find("[[fix]]"));
+    text.replace(text.find("mass = 3"), 8, "mass = 0");
+    text.replace(text.find("symplectic-euler"), 16, "backward-euler");
+    Simulation simulation(parse_scene(text, "s.toml"));
+    simulation.step(3);
+    for (const auto& v : simulation.velocities()) {
+        EXPECT_NEAR(v[1], -10 * simulation.time(), 1e-6);
+    }
+}
+
+TEST(BackwardEuler, explicit_steps_that_long_are_refused_with_the_way_out) {
+    Scene scene = load_scene(test::example("compression_nu025"));
+    scene.solver.time_step = 1;
+    try {
+        Simulation simulation(scene);
+        FAIL();
+    } catch (const SceneError& error) {
+        EXPECT_NE(std::string(error.what()).find("backward-euler"), std::string::npos) << error.what();
+    }
+}
+
+} // namespace
+} // namespace hybmss

@@ -1,0 +1,285 @@
+/// Bodies from closed surfaces: STL and OBJ, shells within shells, rays through edges and vertices, and open ones.
+
+#include "hybmss/simulation/simulation.hpp"
+#include "simulation/geometry/triangle_surface.hpp"
+#include "tests/program.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numbers>
+#include <sstream>
+
+namespace hybmss {
+namespace {
+
+using Vertex = std::array<double, 3>;
+
+void append(TriangleSurface& surface, const TriangleSurface& more) {
+    const auto first = static_cast<std::uint32_t>(surface.vertices.size());
+    surface.vertices.insert(surface.vertices.end(), more.vertices.begin(), more.vertices.end());
+    for (const auto& t : more.triangles) {
+        surface.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+}
+
+TriangleSurface turned(TriangleSurface surface) {
+    for (auto& t : surface.triangles) {
+        std::swap(t[0], t[1]);
+    }
+    return surface;
+}
+
+/// An octahedron with its faces quartered again and again, blown up to a sphere; outer sides outwards.
+TriangleSurface sphere(double radius, const Vertex& center = {0, 0, 0}, int levels = 5) {
+    std::vector<std::array<Vertex, 3>> faces;
+    for (int octant = 0; octant < 8; ++octant) {
+        const Vertex x = {octant & 1 ? 1.0 : -1.0, 0, 0}, y = {0, octant & 2 ? 1.0 : -1.0, 0},
+                     z = {0, 0, octant & 4 ? 1.0 : -1.0};
+        const bool even =
+            std::array{false, true, true, false, true, false, false, true}[static_cast<std::size_t>(octant)];
+        faces.push_back(even ? std::array{x, y, z} : std::array{y, x, z});
+    }
+    const auto middle = [](const Vertex& a, const Vertex& b) {
+        const Vertex m = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+        const double length = std::hypot(m[0], m[1], m[2]);
+        return Vertex{m[0] / length, m[1] / length, m[2] / length};
+    };
+    for (; levels > 0; --levels) {
+        std::vector<std::array<Vertex, 3>> finer;
+        for (const auto& [a, b, c] : faces) {
+            const Vertex ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+            for (const auto& face :
+                 {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}}) {
+                finer.push_back(face);
+            }
+        }
+        faces = std::move(finer);
+    }
+    TriangleSurface surface;
+    for (const auto& face : faces) {
+        const auto n = static_cast<std::uint32_t>(surface.vertices.size());
+        surface.triangles.push_back({n, n + 1, n + 2});
+        for (const Vertex& v : face) {
+            surface.vertices.push_back(
+                {center[0] + radius * v[0], center[1] + radius * v[1], center[2] + radius * v[2]});
+        }
+    }
+    return surface;
+}
+
+/// The faces of a box as pairs of triangles: diagonals pass through cell centres.
+TriangleSurface box(const Vertex& low, const Vertex& high) {
+    TriangleSurface surface;
+    for (int corner = 0; corner < 8; ++corner) {
+        surface.vertices.push_back(
+            {corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]});
+    }
+    constexpr std::uint32_t kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                            {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (const auto& [a, b, c, d] : kFaces) {
+        surface.triangles.push_back({a, b, c});
+        surface.triangles.push_back({a, c, d});
+    }
+    return surface;
+}
+
+Body voxels(TriangleSurface surface, double cell_size) {
+    weld(surface);
+    return voxelised(surface, require_closed(surface), cell_size);
+}
+
+double volume(const Body& body) {
+    const auto filled =
+        body.labels.size() - static_cast<std::size_t>(std::count(body.labels.begin(), body.labels.end(), 0));
+    return static_cast<double>(filled) * std::pow(body.cell_size, 3);
+}
+
+double ball(double radius) {
+    return 4 * std::numbers::pi / 3 * radius * radius * radius;
+}
+
+TEST(Surface, sphere_has_its_volume) {
+    const Body body = voxels(sphere(1), 0.05);
+    EXPECT_EQ(body.cells, (std::array<std::int64_t, 3>{40, 40, 40}));
+    EXPECT_NEAR(volume(body), ball(1), 0.01 * ball(1));
+    // Each cell for itself, but where its centre lies between the facets and the sphere: the facets of 1/20 leave
+    // it by less than a thousandth.
+    for (std::size_t cell = 0; cell < body.labels.size(); ++cell) {
+        const auto at = [&](std::size_t c) { return (static_cast<double>(c) + 0.5) * 0.05 - 1; };
+        const double r = std::hypot(at(cell % 40), at(cell / 40 % 40), at(cell / 1600));
+        if (std::abs(r - 0.998) > 0.003) {
+            EXPECT_EQ(body.labels[cell], r < 1) << cell;
+        }
+    }
+}
+
+/// Rays through edges, diagonals and vertices: nothing slips through, nothing counts twice.
+TEST(Surface, box_is_filled_exactly) {
+    for (const int n : {1, 2, 4, 7, 10}) {
+        const Body body = voxels(box({0.1, -3, 2}, {1.1, -2, 4}), 1.0 / n);
+        EXPECT_EQ(body.cells, (std::array<std::int64_t, 3>{n, n, 2 * n}));
+        EXPECT_EQ(std::count(body.labels.begin(), body.labels.end(), 1), 2 * n * n * n) << n;
+        EXPECT_NEAR(body.origin[0], 0.1, 1e-12);
+        EXPECT_NEAR(body.origin[1], -3, 1e-12);
+        EXPECT_NEAR(body.origin[2], 2, 1e-12);
+    }
+    // An octahedron on a grid through all its vertices and edges: |x| + |y| + |z| < 3 around the middle cell.
+    const Body octahedron = voxels(sphere(3.5, {0, 0, 0}, 0), 1);
+    ASSERT_EQ(octahedron.cells[0], 7);
+    for (std::size_t cell = 0; cell < octahedron.labels.size(); ++cell) {
+        const auto far = [](std::size_t c) { return std::abs(static_cast<int>(c) - 3); };
+        EXPECT_EQ(octahedron.labels[cell], far(cell % 7) + far(cell / 7 % 7) + far(cell / 49) < 3.5) << cell;
+    }
+}
+
+TEST(Surface, shells_within_shells_and_mixed_orientation) {
+    TriangleSurface hollow = sphere(1);
+    append(hollow, turned(sphere(0.6)));
+    EXPECT_NEAR(volume(voxels(hollow, 0.05)), ball(1) - ball(0.6), 0.01 * ball(1));
+    TriangleSurface overlapping = sphere(1);
+    append(overlapping, sphere(0.6, {0.9, 0, 0}));
+    const double both = volume(voxels(overlapping, 0.05));
+    EXPECT_GT(both, 1.01 * ball(1));
+    EXPECT_LT(both, ball(1) + 0.9 * ball(0.6));
+    TriangleSurface mixed = sphere(1);
+    for (std::size_t t = 0; t < mixed.triangles.size(); t += 3) {
+        std::swap(mixed.triangles[t][0], mixed.triangles[t][1]);
+    }
+    EXPECT_EQ(voxels(mixed, 0.05).labels, voxels(sphere(1), 0.05).labels);
+    EXPECT_EQ(voxels(turned(sphere(1)), 0.05).labels, voxels(sphere(1), 0.05).labels);
+}
+
+std::string ascii_stl(const TriangleSurface& surface) {
+    std::ostringstream text;
+    text.precision(9);
+    text << "solid made by hand\n";
+    for (const auto& t : surface.triangles) {
+        text << "facet normal 0 0 0\nouter loop\n";
+        for (const std::uint32_t v : t) {
+            text << "vertex " << surface.vertices[v][0] << " " << surface.vertices[v][1] << " "
+                 << surface.vertices[v][2] << "\n";
+        }
+        text << "endloop\nendfacet\n";
+    }
+    return text.str() + "endsolid\n";
+}
+
+std::string binary_stl(const TriangleSurface& surface) {
+    std::string bytes(80, 'x');
+    const auto add = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    add(static_cast<std::uint32_t>(surface.triangles.size()));
+    for (const auto& t : surface.triangles) {
+        bytes.append(12, '\0'); // the normal
+        for (const std::uint32_t v : t) {
+            for (const double x : surface.vertices[v]) {
+                add(static_cast<float>(x));
+            }
+        }
+        bytes.append(2, '\0');
+    }
+    return bytes;
+}
+
+std::string obj(const TriangleSurface& surface) {
+    std::ostringstream text;
+    text.precision(9);
+    for (const auto& v : surface.vertices) {
+        text << "v " << v[0] << " " << v[1] << " " << v[2] << "\n";
+    }
+    for (const auto& t : surface.triangles) {
+        text << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
+    }
+    return text.str();
+}
+
+std::string scene_text(const std::string& file, const std::string& cell_size, const std::string& where) {
+    return "[body]\nsurface = \"" + file + "\"\ncell_size = " + cell_size +
+           "\n[material]\nyoung_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\n[[fix]]\nwhere = " + where +
+           "\n[solver]\nmethod = \"static\"\n[gravity]\nacceleration = [0, -1, 0]\n"
+           "[[probe]]\nname = \"foot\"\nwhere = " +
+           where + "\n";
+}
+
+class SurfaceFile : public testing::Test {
+protected:
+    void SetUp() override {
+        test::write_text(directory.path() / "probe.stl", ascii_stl(box({0, 0, 0}, {1, 1, 1})));
+        try {
+            read_surface(directory.path() / "probe.stl");
+        } catch (const std::runtime_error& error) {
+            if (std::strstr(error.what(), "without assimp")) {
+                GTEST_SKIP() << error.what();
+            }
+        }
+    }
+    std::string error_of(const std::string& file, const std::string& bytes, const std::string& cell_size = "0.1") {
+        test::write_text(directory.path() / file, bytes);
+        const std::string path = directory.path() / "s.toml";
+        try {
+            const Simulation simulation(parse_scene(scene_text(file, cell_size, "\"y-min\""), path));
+            return "";
+        } catch (const SceneError& error) {
+            const std::string message = error.what();
+            EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+            const std::string start = path + ":2:11: body.surface = \"" + file + "\": ";
+            EXPECT_EQ(message.rfind(start, 0), 0u) << message;
+            return message.substr(std::min(start.size(), message.size()));
+        }
+    }
+    test::TemporaryDirectory directory;
+};
+
+TEST_F(SurfaceFile, every_format_gives_the_same_cells) {
+    const std::vector<std::uint8_t> expected = voxels(sphere(1, {3, 0, 0}), 0.1).labels;
+    const std::pair<const char*, std::string> files[] = {{"a.stl", ascii_stl(sphere(1, {3, 0, 0}))},
+                                                         {"b.STL", binary_stl(sphere(1, {3, 0, 0}))},
+                                                         {"c.obj", obj(sphere(1, {3, 0, 0}))},
+                                                         {"quads.obj",
+                                                          "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
+                                                          "v 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\n"
+                                                          "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"}};
+    for (const auto& [file, bytes] : files) {
+        test::write_text(directory.path() / file, bytes);
+        const Body body = voxels(read_surface(directory.path() / file), 0.1);
+        if (body.labels.size() == 1000) {
+            EXPECT_EQ(std::count(body.labels.begin(), body.labels.end(), 1), 1000) << file;
+        } else {
+            EXPECT_EQ(body.labels, expected) << file;
+        }
+    }
+}
+
+/// Regions are in the surface's own coordinates, and the support carries the weight.
+TEST_F(SurfaceFile, scene_stands_where_the_surface_is) {
+    test::write_text(directory.path() / "b.stl", binary_stl(box({5, 5, 5}, {6, 7, 6})));
+    const std::string path = directory.path() / "s.toml";
+    Simulation simulation(parse_scene(scene_text("b.stl", "0.25", "{box = [[5, 5, 5], [6, 5, 6]]}"), path));
+    EXPECT_EQ(simulation.lattice().cell_count(), 4u * 8 * 4);
+    const Summary summary = simulation.run();
+    ASSERT_TRUE(summary.converged) << summary.failure;
+    EXPECT_NEAR(summary.probes.at(0).force[1], 2000, 1e-3);
+}
+
+TEST_F(SurfaceFile, what_is_no_closed_surface_is_told) {
+    TriangleSurface open = box({0, 0, 0}, {1, 1, 1});
+    open.triangles.pop_back();
+    EXPECT_EQ(
+        error_of("open.stl", binary_stl(open)).rfind("it is not closed: 3 of its edges belong to an odd number", 0),
+        0u);
+    EXPECT_EQ(error_of("none.obj", "v 0 0 0\nv 1 0 0\n").rfind("it ", 0), 0u);
+    EXPECT_EQ(error_of("text.stl", "no surface at all").rfind("it ", 0), 0u);
+    EXPECT_EQ(error_of("cut.stl", binary_stl(sphere(1)).substr(0, 5000)).rfind("it ", 0), 0u);
+    EXPECT_EQ(error_of("empty.stl", "").rfind("it ", 0), 0u);
+    EXPECT_EQ(error_of("a.ply", "").rfind("its name must end in .stl or .obj", 0), 0u);
+    EXPECT_NE(error_of("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "");
+    EXPECT_EQ(error_of("fine.stl", binary_stl(sphere(1)), "1e-6").rfind("its grid is 2000000 x 2000000 x 2000000", 0),
+              0u);
+    EXPECT_EQ(error_of("thin.stl", binary_stl(turned(sphere(1, {0, 0, 0}, 0))), "100"), "");
+    EXPECT_NE(error_of("small.obj", obj(box({0, 0, 0}, {1, 1, 0})), "0.5").find("the body is empty"),
+              std::string::npos);
+}
+
+} // namespace
+} // namespace hybmss

@@ -1,0 +1,133 @@
+/// The paper's experiments against CalculiX's kept results, and how fast the lattice converges.
+
+#include "studies/paper/beam_theory.hpp"
+#include "studies/paper/difference.hpp"
+#include "studies/paper/finite_elements.hpp"
+#include "studies/paper/manufactured.hpp"
+#include "studies/paper/tables.hpp"
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace hybmss {
+namespace {
+
+using namespace paper;
+
+/// At nu = 1/4 and A = 1 the same mesh of C3D8I in small-strain elasticity lies within a percent.
+TEST(Paper, small_strain_is_that_of_finite_elements) {
+    FiniteElements finite_elements(FiniteElements::Source::stored);
+    const ElementChoice linear{.geometry = calculix::Geometry::linear};
+    const auto expect_near = [&](const Experiment& experiment, double tolerance) {
+        SCOPED_TRACE(key(experiment));
+        const Figures ours = solve_lattice(experiment, Model::hybmss);
+        const Figures& theirs = finite_elements.figures(experiment, linear);
+        ASSERT_TRUE(ours.good()) << ours.failure;
+        ASSERT_TRUE(theirs.good()) << theirs.failure;
+        EXPECT_NEAR(ours.response / theirs.response, 1, tolerance);
+        if (experiment.kind == Kind::compression || experiment.kind == Kind::tension) {
+            EXPECT_NEAR(ours.volume_change / theirs.volume_change, 1, 0.01);
+        }
+    };
+    for (const Kind kind : {Kind::compression, Kind::tension, Kind::shear}) {
+        expect_near({.kind = kind, .amount = 0.1}, 0.01);
+    }
+    for (const Kind kind : {Kind::compression, Kind::tension, Kind::torsion}) {
+        expect_near({.kind = kind, .amount = 1}, 0.01);
+    }
+    // What strain adds, a hundredth of this in shear, brings 10^3 to 1.001 %.
+    expect_near({.kind = Kind::shear, .amount = 1}, 0.0102);
+}
+
+/// Fine finite elements deflect 1.7 % more than Euler and Bernoulli say; so does the lattice on a fine mesh.
+TEST(Paper, beam_converges_to_finite_elements) {
+    FiniteElements finite_elements(FiniteElements::Source::stored);
+    const auto beam = [](int across) { return Experiment{.kind = Kind::beam, .young_modulus = 1e9, .across = across}; };
+    const Figures& fine = finite_elements.figures(
+        beam(8), {.type = calculix::ElementType::c3d20, .geometry = calculix::Geometry::linear});
+    ASSERT_TRUE(fine.good()) << fine.failure;
+    double before = 1;
+    for (const int across : {4, 8, 16}) {
+        const double error = std::abs(solve_lattice(beam(across), Model::hybmss).response / fine.response - 1);
+        EXPECT_LT(error, before / 3) << across;
+        before = error;
+    }
+    EXPECT_LT(before, 0.01);
+    const BeamTheory theory = beam_theory(beam(8));
+    EXPECT_NEAR(theory.bending, 3.1104e-3, 1e-9);
+    EXPECT_GT(fine.response, theory.bending);
+    EXPECT_LT(fine.response, theory.bending + theory.shear);
+}
+
+TEST(Paper, order_of_convergence_is_two) {
+    for (const double nu : {0.0, 0.25, 0.45}) {
+        for (const double A : {0.0, 1.0}) {
+            const auto steps = manufactured_convergence({.poisson_ratio = nu, .face_diagonal_ratio = A}, {8, 16});
+            EXPECT_NEAR(observed_order(steps[0].displacement, 8, steps[1].displacement, 16), 2, 0.1) << nu << " " << A;
+            EXPECT_NEAR(observed_order(steps[0].gradient, 8, steps[1].gradient, 16), 2, 0.1) << nu << " " << A;
+        }
+    }
+}
+
+/// The middle layer of the sheared cube lies within the print's distance of finite elements, and not on them.
+TEST(Paper, middle_layers_are_near) {
+    FiniteElements finite_elements(FiniteElements::Source::stored);
+    const Experiment shear{.kind = Kind::shear, .amount = 20};
+    const double distance = mean_distance(solve_lattice(shear, Model::hybmss), finite_elements.figures(shear));
+    EXPECT_LT(distance, 0.013);
+    EXPECT_GT(distance, 0.001);
+    Figures empty;
+    EXPECT_THROW(mean_distance(empty, empty), std::invalid_argument);
+}
+
+TEST(Paper, differences_from_the_print_are_named) {
+    Figures ours;
+    ours.response = 14108;
+    const Experiment shear{.kind = Kind::shear, .amount = 20};
+    EXPECT_EQ(difference(shear, Model::hybmss, 14100, ours).text(), "agrees");
+    EXPECT_EQ(difference(shear, Model::hybmss, std::nullopt, ours).text(), "not printed");
+    const Difference differs = difference(shear, Model::hybmss, 14600, ours);
+    ASSERT_EQ(differs.reasons, std::vector<Reason>{Reason::motion});
+    EXPECT_EQ(explanations({Reason::motion}).at(0).substr(0, differs.text().size() + 1), differs.text() + ":");
+    ours.failure = "no equilibrium";
+    EXPECT_EQ(difference(shear, Model::hybmss_fd, 1, ours).reasons, std::vector<Reason>{Reason::unbounded});
+}
+
+/// Without CalculiX, from the results kept in the program.
+TEST(Paper, program_prints_a_table_three_ways) {
+    const test::TemporaryDirectory directory;
+    const test::ProgramResult result =
+        test::run_program("paper torsion --json t.json --markdown t.md", directory.path());
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_NE(result.output.find("Table 5: torsion"), std::string::npos) << result.output;
+    const auto json = nlohmann::json::parse(test::read_text(directory.path() / "t.json"));
+    ASSERT_EQ(json.at("tables").size(), 1u);
+    int compared = 0;
+    for (const auto& row : json.at("tables")[0].at("rows")) {
+        EXPECT_TRUE(row.at("calculix").is_number()) << row;
+        EXPECT_TRUE(row.at("calculix_neo_hooke").is_number()) << row;
+        if (row.at("model") == "HybMSS" && row.at("amount") == "1 degree" && row.at("poisson_ratio") == "0.25") {
+            EXPECT_NEAR(row.at("ours").get<double>(), 1290.9, 0.1);
+            EXPECT_EQ(row.at("paper_hybmss"), 1306.0);
+            EXPECT_EQ(row.at("paper_fem"), 1279.0);
+            ++compared;
+        }
+    }
+    EXPECT_EQ(compared, 1);
+    EXPECT_NE(test::read_text(directory.path() / "t.md").find("| 1 degree | 0.25 | HybMSS | 1306 | 1279 | 1290.9 |"),
+              std::string::npos);
+}
+
+TEST(Paper, program_refuses_what_it_does_not_know) {
+    const test::TemporaryDirectory directory;
+    EXPECT_EQ(test::run_program("paper flexion", directory.path()).exit_code, 2);
+    const test::ProgramResult store = test::run_program("paper torsion --store kept.json", directory.path());
+    EXPECT_EQ(store.exit_code, 2);
+    EXPECT_NE(store.errors.find("--store"), std::string::npos) << store.errors;
+    EXPECT_FALSE(std::filesystem::exists(directory.path() / "kept.json"));
+}
+
+} // namespace
+} // namespace hybmss
