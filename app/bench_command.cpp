@@ -1,17 +1,16 @@
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
-#include "bench/scaling/batch_benchmark.hpp"
 #include "bench/effects/cutting_benchmark.hpp"
-#include "bench/step/digit_benchmark.hpp"
 #include "bench/effects/effects_benchmark.hpp"
 #include "bench/effects/embedding_benchmark.hpp"
-#include "bench/solvers/hessian_benchmark.hpp"
 #include "bench/limits/limits_benchmark.hpp"
+#include "bench/scaling/batch_benchmark.hpp"
 #include "bench/scaling/memory_table.hpp"
-#include "bench/step/ratio_benchmark.hpp"
 #include "bench/scaling/scaling_benchmark.hpp"
-#include "bench/solvers/solver_benchmark.hpp"
+#include "bench/solvers/hessian_benchmark.hpp"
+#include "bench/step/digit_benchmark.hpp"
+#include "bench/step/ratio_benchmark.hpp"
 #include "bench/step/step_benchmark.hpp"
 
 #include <CLI/CLI.hpp>
@@ -28,7 +27,7 @@ struct BenchArguments {
     std::vector<int> threads = {1, 2};
     double seconds = 0.5;
     bool quick = false, limits = false, scaling = false, large = false, memory = false, batch = false, hessian = false;
-    bool solvers = false, cutting = false, digits = false, effects = false, ratios = false, embedding = false;
+    bool cutting = false, digits = false, effects = false, ratios = false, embedding = false;
 };
 
 /// What is measured, and the words above its table.
@@ -84,9 +83,6 @@ Selection select(const BenchArguments& arguments) {
     if (arguments.embedding) {
         return {bench::embedding_benchmark(arguments.seconds), bench::kEmbeddingIntroduction};
     }
-    if (arguments.solvers) {
-        return {bench::solver_benchmark(arguments.large, arguments.threads.front()), bench::kSolverIntroduction};
-    }
     if (arguments.effects) {
         return {bench::effects_benchmark(choices, arguments.seconds), bench::kEffectsIntroduction};
     }
@@ -130,14 +126,13 @@ void add_bench_command(CLI::App& app) {
     instead->add_flag("--ratios", arguments->ratios,
                       "models, numberings and fillings, each against another body in the same rounds");
     instead->add_flag("--hessian", arguments->hessian, "second derivatives times a vector, against the step");
-    instead->add_flag("--solvers", arguments->solvers, "preconditioners, and static solves beside CalculiX");
     instead->add_flag("--effects", arguments->effects, "what each effect of a scene adds to the step");
     instead->add_flag("--cutting", arguments->cutting, "cells removed from moving bodies");
     instead->add_flag("--embedding", arguments->embedding,
                       "calls in C, and over interleaved memory, against native ones");
     instead->add_flag("--digits", arguments->digits,
                       "springs by displacements and positions, by estimated and exact roots: error and time");
-    command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too; with --solvers: 64^3");
+    command->add_flag("--large", arguments->large, "with --scaling: 256^3 cells too");
     command->add_option("--filter", arguments->filter, "only rows whose name matches this regular expression");
     command
         ->add_option("--isa", arguments->instruction_set, "sse2, avx2, avx512, neon, automatic, or all of this machine")

@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kFailed = 1, kBadInput = 2;
 
-int report(std::string message, int code) {
+int report(const CLI::App& app, std::string message, int code) {
     std::replace(message.begin(), message.end(), '\n', ' ');
-    std::fprintf(stderr, "hybmss: error: %s\n", message.c_str());
+    std::fprintf(stderr, "%s: error: %s\n", app.get_name().c_str(), message.c_str());
     return code;
 }
 
@@ -28,11 +28,12 @@ int parse(CLI::App& app, int argc, const char* const* argv) {
     } catch (const CLI::Success& asked) { // --help, --version
         app.exit(asked);
     } catch (const CLI::Error& error) {
-        return report(std::string(error.what()) + " (see " + app.get_name() + " --help)", kBadInput);
+        return report(app, std::string(error.what()) + " (see " + app.get_name() + " --help)", kBadInput);
     }
     // What was printed may have gone to a full disk.
-    return std::fflush(stdout) == 0 && std::ferror(stdout) == 0 ? 0
-                                                                : report("standard output: cannot be written", kFailed);
+    return std::fflush(stdout) == 0 && std::ferror(stdout) == 0
+               ? 0
+               : report(app, "standard output: cannot be written", kFailed);
 }
 
 } // namespace
@@ -46,15 +47,15 @@ int run_command_line(CLI::App& app, int argc, const char* const* argv) {
     try {
         return parse(app, argc, argv);
     } catch (const SceneError& error) {
-        return report(error.what(), kBadInput);
+        return report(app, error.what(), kBadInput);
     } catch (const std::invalid_argument& error) {
-        return report(error.what(), kBadInput);
+        return report(app, error.what(), kBadInput);
     } catch (const std::bad_alloc&) {
-        return report("out of memory", kFailed);
+        return report(app, "out of memory", kFailed);
     } catch (const std::exception& error) {
-        return report(error.what(), kFailed);
+        return report(app, error.what(), kFailed);
     } catch (...) {
-        return report("unknown failure", kFailed);
+        return report(app, "unknown failure", kFailed);
     }
 }
 

@@ -15,8 +15,5 @@ void add_forces_command(CLI::App& app);
 void add_record_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_verify_command(CLI::App& app);
-void add_stability_command(CLI::App& app);
-void add_paper_command(CLI::App& app);
-void add_price_command(CLI::App& app);
 void add_tune_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

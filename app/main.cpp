@@ -12,9 +12,6 @@ int main(int argc, char** argv) {
     add_record_command(app);
     add_replay_command(app);
     add_verify_command(app);
-    add_stability_command(app);
-    add_paper_command(app);
-    add_price_command(app);
     add_tune_command(app);
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);

@@ -92,7 +92,7 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
     for (const auto& effect : implementation_->effects) {
         effect->set_prescribed(implementation_->prescribed);
     }
-    Body<T>::set_prescribed(implementation_->state, implementation_->prescribed);
+    hybmss::set_prescribed<T>(implementation_->state, implementation_->prescribed);
 }
 
 template <class T>
@@ -139,9 +139,8 @@ void ExplicitDynamics<T>::step(const StepParameters& parameters, long count) {
         throw std::invalid_argument("count = " + std::to_string(count) +
                                     " is not allowed: it must be at least 0 steps");
     }
-    implementation_->body->step(implementation_->state, parameters,
-                                {implementation_->effects, implementation_->prescribed, implementation_->loaded},
-                                count);
+    take_steps<T>(*implementation_->body, implementation_->state, parameters,
+                  {implementation_->effects, implementation_->prescribed, implementation_->loaded}, count);
 }
 
 template <class T>

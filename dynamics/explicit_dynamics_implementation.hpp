@@ -2,10 +2,11 @@
 
 #include "hybmss/explicit_dynamics.hpp"
 
-#include "layouts/node_numbers.hpp"
 #include "dynamics/contact/contact.hpp"
-#include "plan/tuning/planned_body.hpp"
 #include "dynamics/effects/spring_damping.hpp"
+#include "dynamics/step.hpp"
+#include "layouts/node_numbers.hpp"
+#include "plan/tuning/planned_body.hpp"
 
 #include <algorithm>
 #include <array>

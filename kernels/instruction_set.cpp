@@ -48,11 +48,14 @@ struct Entry {
 // Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence
 // the compiler's.
 const Entry kEntries[] = {
-#if defined(__x86_64__)
+#if defined(HYBMSS_HAS_SSE2)
     {InstructionSet::sse2, "sse2", [] { return true; }, HYBMSS_TABLES(sse2)},
-#if !defined(HYBMSS_BASELINE_ONLY)
+#endif
+#if defined(HYBMSS_HAS_AVX2)
     {InstructionSet::avx2, "avx2", [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); },
      HYBMSS_TABLES(avx2)},
+#endif
+#if defined(HYBMSS_HAS_AVX512)
     {InstructionSet::avx512, "avx512",
      [] {
          return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
@@ -61,7 +64,7 @@ const Entry kEntries[] = {
      },
      HYBMSS_TABLES(avx512)},
 #endif
-#elif defined(__aarch64__)
+#if defined(HYBMSS_HAS_NEON)
     {InstructionSet::neon, "neon", [] { return true; }, HYBMSS_TABLES(neon)},
 #endif
 };
@@ -109,6 +112,9 @@ std::vector<InstructionSet> available_instruction_sets() {
 
 InstructionSet resolve(InstructionSet wanted) {
     const std::vector<InstructionSet> sets = available_instruction_sets();
+    if (sets.empty()) {
+        throw std::invalid_argument("this build has no kernels for this machine's processor");
+    }
     if (wanted == InstructionSet::automatic) {
         const char* forced = std::getenv("HYBMSS_ISA");
         wanted = forced && *forced ? parse_instruction_set(forced) : InstructionSet::automatic;

@@ -1,10 +1,10 @@
 #include "app/command_line.hpp"
-#include "app/commands.hpp"
 #include "app/json_file.hpp"
-#include "studies/paper/report.hpp"
-#include "studies/paper/tables.hpp"
 #include "app/progress_line.hpp"
 #include "studies/calculix/program.hpp"
+#include "studies/commands.hpp"
+#include "studies/paper/report.hpp"
+#include "studies/paper/tables.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

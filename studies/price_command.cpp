@@ -1,12 +1,12 @@
 #include "app/command_line.hpp"
-#include "app/commands.hpp"
 #include "app/json_file.hpp"
+#include "app/progress_line.hpp"
+#include "hybmss/version.hpp"
+#include "studies/calculix/program.hpp"
+#include "studies/commands.hpp"
 #include "studies/price/solution_tables.hpp"
 #include "studies/price/time_steps.hpp"
 #include "studies/price/wish_cases.hpp"
-#include "app/progress_line.hpp"
-#include "studies/calculix/program.hpp"
-#include "hybmss/version.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

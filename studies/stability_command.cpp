@@ -1,7 +1,7 @@
 #include "app/command_line.hpp"
-#include "app/commands.hpp"
 #include "app/json_file.hpp"
 #include "app/progress_line.hpp"
+#include "studies/commands.hpp"
 #include "studies/stability/case_report.hpp"
 #include "studies/stability/integrator_order.hpp"
 #include "studies/stability/map_report.hpp"

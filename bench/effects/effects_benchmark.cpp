@@ -1,9 +1,9 @@
 #include "bench/effects/effects_benchmark.hpp"
 
-#include "bench/step/bare_step.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
 #include "bench/printed.hpp"
+#include "bench/step/bare_step.hpp"
 #include "simulation/run/effect_list.hpp"
 
 #include <algorithm>

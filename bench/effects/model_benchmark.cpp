@@ -1,6 +1,6 @@
 #include "bench/interleaved.hpp"
-#include "bench/moving_body.hpp"
 #include "bench/limits/operation_count.hpp"
+#include "bench/moving_body.hpp"
 #include "bench/printed.hpp"
 #include "bench/step/ratio_benchmark.hpp"
 

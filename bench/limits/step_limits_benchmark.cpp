@@ -2,8 +2,8 @@
 
 #include "bench/interleaved.hpp"
 #include "bench/limits/issue_benchmark.hpp"
-#include "bench/moving_body.hpp"
 #include "bench/limits/operation_count.hpp"
+#include "bench/moving_body.hpp"
 #include "bench/printed.hpp"
 #include "layouts/aligned_array.hpp"
 

@@ -1,8 +1,8 @@
 #include "bench/step/digit_benchmark.hpp"
 
-#include "bench/step/box_springs.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/printed.hpp"
+#include "bench/step/box_springs.hpp"
 
 #include <algorithm>
 #include <cmath>

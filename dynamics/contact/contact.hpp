@@ -1,8 +1,8 @@
 #pragma once
 
-#include "hybmss/contact.hpp"
 #include "dynamics/contact/obstacle_distance.hpp"
 #include "dynamics/effects/step_effect.hpp"
+#include "hybmss/contact.hpp"
 
 #include <cstdint>
 #include <span>

@@ -6,6 +6,23 @@
 
 namespace hybmss {
 
+/// A prescribed component of a node: where it lies and what it is set to, in the body's units.
+template <class T>
+struct PrescribedComponent {
+    std::size_t index;
+    int axis;
+    T displacement;
+    T velocity;
+};
+
+/// A loaded component of a node: where it lies and what the load accelerates it by, in the body's units by s^2.
+template <class T>
+struct LoadedComponent {
+    std::size_t index;
+    int axis;
+    T acceleration;
+};
+
 /// A force f(u, v, t) beyond the body's own, gravity, mass damping and loads: one object for each effect that is called
 /// for, nothing at all for those that are not.
 ///

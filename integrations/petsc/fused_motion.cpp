@@ -1,5 +1,6 @@
 #include "integrations/petsc/motion.hpp"
 
+#include "dynamics/step.hpp"
 #include "plan/tuning/planned_body.hpp"
 
 namespace hybmss::distributed {
@@ -28,7 +29,7 @@ public:
     void step(const StepParameters& parameters, long count) override {
         for (long s = 0; s < count; ++s) {
             if (planned_.body) {
-                planned_.body->step(state_, parameters, {{}, held_, {}}, 1);
+                take_steps<T>(*planned_.body, state_, parameters, {{}, held_, {}}, 1);
             }
             exchange();
         }
@@ -110,7 +111,7 @@ private:
 
     void set_held() {
         if (planned_.body) {
-            Body<T>::set_prescribed(state_, held_);
+            set_prescribed<T>(state_, held_);
         }
     }
 

@@ -1,7 +1,7 @@
 // Compiled once for each instruction set.
-#include "kernels/lattice/active_rows_impl.hpp"
 #include "kernels/compiled_kernels.hpp"
 #include "kernels/compiled_set.hpp"
+#include "kernels/lattice/active_rows_impl.hpp"
 #include "kernels/lattice/lattice_table.hpp"
 
 namespace hybmss::kernels {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "kernels/lattice/active_rows_impl.hpp"
 #include "kernels/hessian_arguments.hpp"
+#include "kernels/lattice/active_rows_impl.hpp"
 #include "kernels/lattice/lattice_layer_impl.hpp"
 #include "kernels/spring_hessian.hpp"
 

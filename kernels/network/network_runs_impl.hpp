@@ -1,8 +1,8 @@
 #pragma once
 
-// Runs of a packed network: sixteen springs or cells whose nodes lie in rows (layouts/network/item_runs.hpp). Rows are loaded
-// and stored as whole vectors; what comes out of the transposition is not in the order of the nodes, and the values of
-// a run are stored in that same order.
+// Runs of a packed network: sixteen springs or cells whose nodes lie in rows (layouts/network/item_runs.hpp). Rows are
+// loaded and stored as whole vectors; what comes out of the transposition is not in the order of the nodes, and the
+// values of a run are stored in that same order.
 
 #include "kernels/network/network_kernels.hpp"
 #include "kernels/network/network_packed_impl.hpp"

@@ -2,8 +2,8 @@
 
 #include "layouts/aligned_array.hpp"
 #include "layouts/lattice/cell_shares.hpp"
-#include "layouts/node_runs.hpp"
 #include "layouts/lattice/vector_neighbors.hpp"
+#include "layouts/node_runs.hpp"
 
 #include <algorithm>
 #include <cstddef>

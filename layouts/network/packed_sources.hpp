@@ -1,8 +1,8 @@
 #pragma once
 
 #include "hybmss/network.hpp"
-#include "layouts/network/network_blocks.hpp"
 #include "layouts/lattice/rest_shape.hpp"
+#include "layouts/network/network_blocks.hpp"
 
 #include <algorithm>
 #include <cstddef>

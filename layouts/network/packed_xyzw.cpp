@@ -1,9 +1,9 @@
 #include "layouts/network/packed_xyzw.hpp"
 
+#include "layouts/lattice/rest_shape.hpp"
 #include "layouts/network/conflict_free_blocks.hpp"
 #include "layouts/network/distinct_rows.hpp"
 #include "layouts/network/packed_sources.hpp"
-#include "layouts/lattice/rest_shape.hpp"
 #include "layouts/network/row_order.hpp"
 #include "layouts/network/tile_coloring.hpp"
 #include "layouts/network/tiled_items.hpp"

@@ -1,12 +1,10 @@
 #include "plan/bodies/body.hpp"
 
 #include "layouts/interleaved.hpp"
-#include "dynamics/effects/step_effect.hpp"
 
 #include <algorithm>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 
 namespace hybmss {
 namespace {
@@ -208,65 +206,6 @@ double Body<T>::kinetic_energy(const State<T>& state) const {
 }
 
 template <class T>
-void Body<T>::set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed) {
-    for (const PrescribedComponent<T>& p : prescribed) {
-        const auto axis = static_cast<std::size_t>(p.axis);
-        const Component<T> u = component(state.displacement, axis), v = component(state.velocity, axis);
-        u.first[static_cast<std::ptrdiff_t>(p.index) * u.stride] = p.displacement;
-        v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] = p.velocity;
-    }
-}
-
-namespace {
-
-constexpr std::size_t kPiece = 512; // components
-
-/// Pieces of a list of components, in parallel: visit(part of the list).
-template <class Component, class Visit>
-Stage stage_over(std::span<const Component> all, std::size_t length, const Visit& visit) {
-    return {(all.size() + length - 1) / length, [all, length, visit](std::size_t piece, std::size_t) {
-                const std::size_t begin = piece * length;
-                visit(all.subspan(begin, std::min(length, all.size() - begin)));
-            }};
-}
-
-template <class T>
-Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<const LoadedComponent<T>> loaded) {
-    const double dt = parameters.time_step;
-    const T time_step = static_cast<T>(dt), factor = static_cast<T>(dt / (1 + dt * parameters.mass_damping));
-    return stage_over(loaded, kPiece, [&state, time_step, factor](std::span<const LoadedComponent<T>> part) {
-        for (const LoadedComponent<T>& p : part) {
-            const auto axis = static_cast<std::size_t>(p.axis);
-            const Component<T> u = component(state.displacement, axis), v = component(state.velocity, axis);
-            const T gain = factor * p.acceleration;
-            v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] += gain;
-            u.first[static_cast<std::ptrdiff_t>(p.index) * u.stride] += time_step * gain;
-        }
-    });
-}
-
-} // namespace
-
-template <class T>
-void Body<T>::add_action_stages(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
-                                std::vector<Stage>& stages) {
-    if (!actions.loaded.empty()) {
-        stages.push_back(load_stage(state, parameters, actions.loaded));
-    }
-    const std::span<const PrescribedComponent<T>> prescribed = actions.prescribed;
-    if (prescribed.empty()) {
-        return;
-    }
-    // Several pieces where that cannot matter: one that is named twice gets the later values.
-    const bool none_twice = std::adjacent_find(prescribed.begin(), prescribed.end(), [](const auto& p, const auto& q) {
-                                return std::tie(p.index, p.axis) >= std::tie(q.index, q.axis);
-                            }) == prescribed.end();
-    stages.push_back(
-        stage_over(prescribed, none_twice ? kPiece : prescribed.size(),
-                   [&state](std::span<const PrescribedComponent<T>> part) { set_prescribed(state, part); }));
-}
-
-template <class T>
 void Body<T>::add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, double time_step, double* taken,
                               std::vector<Stage>& stages) const {
     // Pieces of each component, or of the packed array; their sums meet in this order.
@@ -294,19 +233,6 @@ void Body<T>::add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, dou
                               *taken += unit * sum;
                           }});
     }
-}
-
-template <class T>
-void Body<T>::step(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions, long count) const {
-    std::vector<Stage> stages;
-    for (const auto& effect : actions.effects) {
-        effect->add_stages(*this, state, parameters, stages);
-    }
-    for (Stage& stage : step_stages(state, parameters)) {
-        stages.push_back(std::move(stage));
-    }
-    add_action_stages(state, parameters, actions, stages);
-    workers_.run(stages, count);
 }
 
 template <class T>

@@ -50,39 +50,11 @@ struct State {
     std::size_t bytes() const;
 };
 
-/// A prescribed component of a node: where it lies and what it is set to, in the body's units.
-template <class T>
-struct PrescribedComponent {
-    std::size_t index;
-    int axis;
-    T displacement;
-    T velocity;
-};
-
-/// A loaded component of a node: where it lies and what the load accelerates it by, in the body's units by s^2.
-template <class T>
-struct LoadedComponent {
-    std::size_t index;
-    int axis;
-    T acceleration;
-};
-
 /// A pass over all springs by a law of their own, beside or instead of their elasticity.
 template <class T>
 struct SpringPass {
     kernels::SpringLaw law;
     kernels::StiffeningConstants<T> stiffening = {}; ///< of the laws that stiffen
-};
-
-template <class T>
-class StepEffect;
-
-/// What a step does besides the body's own forces, gravity and damping. Not owned.
-template <class T>
-struct StepActions {
-    std::span<const std::unique_ptr<StepEffect<T>>> effects;
-    std::span<const PrescribedComponent<T>> prescribed;
-    std::span<const LoadedComponent<T>> loaded; ///< each component once
 };
 
 /// A node that has lost a cell: its number in the body, and its place x y z in the grid.
@@ -149,8 +121,6 @@ public:
                          std::vector<Stage>& stages) const;
     /// One step by the body's own forces, gravity and damping. The state must outlive the stages.
     virtual std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const = 0;
-    /// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components.
-    void step(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions, long count) const;
 
     /// field = factor * in, at the body's nodes.
     void write(VectorField<const T> in, double factor, NodeField<T>& field) const;
@@ -166,12 +136,6 @@ public:
     static void allocate_like(const NodeField<T>& like, NodeField<T>& field);
     /// Arrays of `size` zeros for a diagonal's blocks.
     static void clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]);
-    static void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);
-    /// Appends what acts on single nodes to the stages of a step. A load adds its part to the integrated motion, which
-    /// is linear in the force: v += dt/(1 + dt c) f/m, u += dt of that. The spans and the state must outlive the
-    /// stages.
-    static void add_action_stages(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
-                                  std::vector<Stage>& stages);
 
 protected:
     explicit Body(Workers workers) : workers_(std::move(workers)) {}

@@ -1,10 +1,10 @@
 #include "layouts/lattice/active_rows.hpp"
-#include "plan/tuning/candidates.hpp"
 #include "plan/bodies/gather_body.hpp"
 #include "plan/bodies/lattice_body.hpp"
 #include "plan/bodies/network_body.hpp"
 #include "plan/bodies/packed_network_body.hpp"
 #include "plan/bodies/stiffened_body.hpp"
+#include "plan/tuning/candidates.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -42,7 +42,7 @@ public:
     double run(long steps) {
         const auto start = std::chrono::steady_clock::now();
         if (operation_ == Operation::step) {
-            body_->step(state_, parameters_, {}, steps);
+            body_->workers().run(body_->step_stages(state_, parameters_), steps);
         } else {
             for (long s = 0; s < steps; ++s) {
                 body_->write(view(), 1, state_.displacement);

@@ -1,10 +1,10 @@
 #include "plan/tuning/wisdom_class.hpp"
 
 #include "layouts/lattice/active_rows.hpp"
-#include "plan/tuning/candidates.hpp"
 #include "plan/bodies/plan_description.hpp"
-#include "plan/tuning/tuner_sample.hpp"
 #include "plan/threads/workers.hpp"
+#include "plan/tuning/candidates.hpp"
+#include "plan/tuning/tuner_sample.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 
-#include "simulation/run/clamped_edge.hpp"
 #include "simulation/accuracy/error_estimate.hpp"
-#include "simulation/run/memory.hpp"
 #include "simulation/accuracy/mesh_family.hpp"
+#include "simulation/run/clamped_edge.hpp"
+#include "simulation/run/memory.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "simulation/geometry/body_files.hpp"
 
-#include "simulation/scene/scene_lattice.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
+#include "simulation/scene/scene_lattice.hpp"
 
 #include <filesystem>
 #include <utility>

@@ -1,7 +1,7 @@
 #include "simulation/geometry/gzip.hpp"
-#include "simulation/scene/one_line.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
 #include "simulation/geometry/voxel_samples.hpp"
+#include "simulation/scene/one_line.hpp"
 
 #include <algorithm>
 #include <array>

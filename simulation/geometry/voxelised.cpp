@@ -4,9 +4,9 @@
 // twice: the signs below are those of exact arithmetic, and where a ray meets an edge it is thought to stand an
 // infinitesimal eps to the right and eps^2 above. All triangles of an edge then agree on which side of it the ray is.
 
-#include "simulation/run/memory.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
 #include "simulation/geometry/voxel_samples.hpp"
+#include "simulation/run/memory.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "simulation/results/results.hpp"
 
 #include "simulation/geometry/cell_volume.hpp"
-#include "simulation/scene/region.hpp"
 #include "simulation/results/vtu_file.hpp"
+#include "simulation/scene/region.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -1,8 +1,8 @@
 #include "simulation/run/checkpoint_file.hpp"
 
-#include "simulation/results/atomic_file.hpp"
 #include "simulation/geometry/digest.hpp"
 #include "simulation/geometry/read_file.hpp"
+#include "simulation/results/atomic_file.hpp"
 
 #include <ostream>
 #include <string_view>

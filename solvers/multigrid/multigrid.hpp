@@ -1,7 +1,7 @@
 #pragma once
 
-#include "solvers/newton/block_jacobi.hpp"
 #include "solvers/multigrid/coarse_level.hpp"
+#include "solvers/newton/block_jacobi.hpp"
 
 #include <memory>
 #include <optional>

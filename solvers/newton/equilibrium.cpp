@@ -1,10 +1,10 @@
 #include "hybmss/equilibrium.hpp"
 
-#include "plan/tuning/planned_body.hpp"
 #include "dynamics/effects/spring_damping.hpp"
+#include "plan/tuning/planned_body.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/load_stepping.hpp"
-#include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/preconditioner_choice.hpp"
 
 #include <cmath>

@@ -3,9 +3,9 @@
 /// \file
 /// What CalculiX is asked, and what it answers.
 
-#include "studies/calculix/brick_mesh.hpp"
 #include "hybmss/equilibrium.hpp"
 #include "hybmss/material.hpp"
+#include "studies/calculix/brick_mesh.hpp"
 
 #include <array>
 #include <vector>

@@ -1,8 +1,8 @@
 #include "studies/calculix/scene_problem.hpp"
 
 #include "simulation/run/loads.hpp"
-#include "simulation/scene/scene_lattice.hpp"
 #include "simulation/run/supports.hpp"
+#include "simulation/scene/scene_lattice.hpp"
 
 namespace hybmss::calculix {
 

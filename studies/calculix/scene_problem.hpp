@@ -3,8 +3,8 @@
 /// \file
 /// A scene as a finite element problem.
 
-#include "studies/calculix/problem.hpp"
 #include "hybmss/simulation/scene.hpp"
+#include "studies/calculix/problem.hpp"
 
 namespace hybmss::calculix {
 

@@ -1,12 +1,12 @@
 #include "studies/paper/figures.hpp"
 
-#include "studies/calculix/program.hpp"
-#include "studies/calculix/scene_problem.hpp"
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/run/equilibrium.hpp"
 #include "simulation/scene/region.hpp"
 #include "simulation/scene/scene_lattice.hpp"
+#include "studies/calculix/program.hpp"
+#include "studies/calculix/scene_problem.hpp"
 
 #include <fmt/format.h>
 

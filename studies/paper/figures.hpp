@@ -3,8 +3,8 @@
 /// \file
 /// What an experiment gives: by the lattice at equilibrium, or by finite elements.
 
-#include "studies/paper/experiment.hpp"
 #include "studies/calculix/problem.hpp"
+#include "studies/paper/experiment.hpp"
 
 #include <array>
 #include <string>

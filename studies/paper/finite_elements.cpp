@@ -69,7 +69,8 @@ std::string FiniteElements::description() const {
 
 void FiniteElements::write(std::ostream& out) const {
     // A line an experiment: differences stay readable.
-    out << "{\"command\": \"hybmss paper --calculix --store studies/paper/calculix_results.json\",\n\"calculix\": \""
+    out << "{\"command\": \"hybmss-study paper --calculix --store "
+           "studies/paper/calculix_results.json\",\n\"calculix\": \""
         << version_ << "\",\n\"results\": {";
     const char* separator = "\n";
     for (const auto& [name, figures] : known_) {

@@ -12,7 +12,7 @@ void write_page(const std::vector<Table>& tables, const std::string& calculix, s
     out << "# The paper's experiments\n\n"
            "Section 6 of Golec et al. 2020 (see [model.md](model.md)), every experiment, beside the print and beside "
            "finite "
-           "elements.\nThis page is what `hybmss paper --markdown docs/paper.md` writes.\n\n"
+           "elements.\nThis page is what `hybmss-study paper --markdown docs/paper.md` writes.\n\n"
            "- **ours**: the lattice at rest, by `solver.method = \"static\"` in double to a residual of 1e-8, where "
            "the paper "
            "stops a motion\n  after 10 s. HybMSS has A = 1, HybMSS-FD no face diagonals, HybMSS-CF no volume force.\n"

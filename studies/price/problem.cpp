@@ -1,11 +1,11 @@
 #include "studies/price/problem.hpp"
 
-#include "studies/calculix/program.hpp"
-#include "studies/calculix/scene_problem.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/run/equilibrium.hpp"
 #include "simulation/scene/region.hpp"
 #include "simulation/scene/scene_lattice.hpp"
+#include "studies/calculix/program.hpp"
+#include "studies/calculix/scene_problem.hpp"
 
 #include <chrono>
 #include <cmath>

@@ -3,10 +3,10 @@
 /// \file
 /// The problems whose solutions are priced: the paper's experiments at a strain where every law is linear.
 
+#include "hybmss/simulation/simulation.hpp"
+#include "studies/calculix/brick_mesh.hpp"
 #include "studies/paper/experiment.hpp"
 #include "studies/price/grid_field.hpp"
-#include "studies/calculix/brick_mesh.hpp"
-#include "hybmss/simulation/simulation.hpp"
 
 #include <string>
 #include <string_view>

@@ -3,8 +3,8 @@
 /// \file
 /// The price of time steps: error and energy against step size and seconds, for each integrator.
 
-#include "studies/paper/table.hpp"
 #include "hybmss/simulation/simulation.hpp"
+#include "studies/paper/table.hpp"
 
 #include <functional>
 #include <string>

@@ -1,7 +1,7 @@
 #include "studies/price/wish_cases.hpp"
 
-#include "simulation/run/clamped_edge.hpp"
 #include "simulation/accuracy/mesh_family.hpp"
+#include "simulation/run/clamped_edge.hpp"
 
 #include <fmt/format.h>
 

@@ -3,9 +3,9 @@
 /// \file
 /// Whether a wish for an accuracy is kept: varied scenes, each beside its own limit.
 
-#include "studies/paper/table.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 #include "simulation/accuracy/error_estimate.hpp"
+#include "studies/paper/table.hpp"
 
 #include <functional>
 #include <string>

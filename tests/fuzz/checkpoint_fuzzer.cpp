@@ -2,10 +2,10 @@
 // fits. Any other is a list of changes to the sections of a checkpoint that this build wrote, which its scene goes on
 // from.
 
-#include "tests/fuzz/fuzz_input.hpp"
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/run/checkpoint_file.hpp"
 #include "simulation/geometry/digest.hpp"
+#include "simulation/run/checkpoint_file.hpp"
+#include "tests/fuzz/fuzz_input.hpp"
 
 #include <fuzzer/FuzzedDataProvider.h>
 

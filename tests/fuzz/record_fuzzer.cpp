@@ -1,7 +1,7 @@
 // Records, as they come and with a checksum that fits: else nothing beyond the checksum would be reached.
 
-#include "tests/fuzz/fuzz_input.hpp"
 #include "hybmss/record.hpp"
+#include "tests/fuzz/fuzz_input.hpp"
 
 #include <cstdio>
 #include <string>

@@ -1,8 +1,8 @@
 // Scenes: read, and where the body is small, made into a simulation that takes a step.
 
-#include "tests/fuzz/fuzz_input.hpp"
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/geometry/body_files.hpp"
+#include "tests/fuzz/fuzz_input.hpp"
 
 #include <stdexcept>
 #include <string>

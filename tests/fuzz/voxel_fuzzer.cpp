@@ -1,7 +1,7 @@
 // Voxel files: NumPy's and NRRD's, told apart by their first bytes.
 
-#include "tests/fuzz/fuzz_input.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
+#include "tests/fuzz/fuzz_input.hpp"
 
 #include <stdexcept>
 

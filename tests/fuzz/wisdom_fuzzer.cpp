@@ -1,9 +1,9 @@
 // Wisdom: files as they come; and entries behind the head that this build on this machine writes, with a checksum that
 // fits.
 
-#include "tests/fuzz/fuzz_input.hpp"
 #include "hybmss/wisdom.hpp"
 #include "plan/tuning/wisdom_text.hpp"
+#include "tests/fuzz/fuzz_input.hpp"
 
 #include <string>
 

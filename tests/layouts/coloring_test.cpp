@@ -1,5 +1,5 @@
-#include "layouts/network/colored_soa.hpp"
 #include "layouts/coloring.hpp"
+#include "layouts/network/colored_soa.hpp"
 #include "tests/random_bodies.hpp"
 
 #include <gtest/gtest.h>

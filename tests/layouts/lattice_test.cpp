@@ -1,7 +1,7 @@
 #include "hybmss/lattice.hpp"
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
-#include "refusal.hpp"
+#include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include "hybmss/material.hpp"
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/constants.hpp"
-#include "refusal.hpp"
+#include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>
 

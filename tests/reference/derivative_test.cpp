@@ -1,5 +1,5 @@
 // Force = minus the gradient of the energy, Hessian = derivative of the force.
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
 

@@ -1,5 +1,5 @@
 // The lattice under X -> F X: its energy is that of its cells, its interior is in equilibrium.
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/constants.hpp"
 #include "reference/forces.hpp"

@@ -1,5 +1,5 @@
 // Plane waves on the homogeneously deformed, infinite lattice, against the Hessian of a finite one and known cases.
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/constants.hpp"
 #include "reference/forces.hpp"

@@ -1,5 +1,5 @@
 // What no motion of the whole and no naming of the axes can change.
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
 

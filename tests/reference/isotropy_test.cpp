@@ -1,5 +1,5 @@
 // The small-strain moduli that the springs and the volume energy make together, in every direction.
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/constants.hpp"
 #include "reference/forces.hpp"

@@ -1,5 +1,5 @@
 #include "hybmss/network.hpp"
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
 #include "reference/gravity.hpp"

@@ -1,5 +1,5 @@
 // Forces keep their digits at tiny strains: against the position form, straight from the equations, in long double.
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/assembly.hpp"
 #include "reference/forces.hpp"
 

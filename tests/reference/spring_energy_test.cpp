@@ -1,4 +1,4 @@
-#include "random_bodies.hpp"
+#include "tests/random_bodies.hpp"
 #include "reference/spring_energy.hpp"
 
 #include <gtest/gtest.h>

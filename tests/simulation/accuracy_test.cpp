@@ -1,8 +1,8 @@
 // `accuracy = X`: the error that is left, the mesh that is chosen, and what is told of it.
 
-#include "studies/price/wish_cases.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 #include "simulation/accuracy/mesh_family.hpp"
+#include "studies/price/wish_cases.hpp"
 #include "tests/program.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace hybmss {
 namespace {
 
 TEST(Accuracy, IsKept) {
-    // A part of the cases, and wishes that coarse meshes grant; `hybmss price accuracy` goes further.
+    // A part of the cases, and wishes that coarse meshes grant; `hybmss-study price accuracy` goes further.
     int kept = 0, all = 0;
     for (const price::WishCase& wish : price::wish_cases()) {
         const std::vector<ResultFigure> limit = price::limit_figures(wish.scene, wish.reference_across);

@@ -1,9 +1,9 @@
 // Iterations of conjugate gradients for a random load on a clamped cube, and that multigrid copes with any body.
 #include "clamped_cube.hpp"
 #include "plan/bodies/body.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"
-#include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/preconditioner_choice.hpp"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 /// CalculiX as a program: what it is asked, what is read back, and one solve where it is installed.
 
-#include "studies/paper/experiment.hpp"
 #include "studies/calculix/deck.hpp"
 #include "studies/calculix/program.hpp"
 #include "studies/calculix/result_file.hpp"
 #include "studies/calculix/scene_problem.hpp"
+#include "studies/paper/experiment.hpp"
 #include "tests/program.hpp"
 
 #include <cmath>

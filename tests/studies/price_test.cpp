@@ -1,8 +1,8 @@
-// Work and precision: the parts that the tables of `hybmss price` are made of.
+// Work and precision: the parts that the tables of `hybmss-study price` are made of.
 
+#include "simulation/run/clamped_edge.hpp"
 #include "studies/price/points.hpp"
 #include "studies/price/time_steps.hpp"
-#include "simulation/run/clamped_edge.hpp"
 
 #include <gtest/gtest.h>
 

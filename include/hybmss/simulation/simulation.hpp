@@ -3,9 +3,9 @@
 /// \file
 /// Runs a scene: holds and moves what it says, steps the body, tells when it has settled, and measures.
 
-#include "hybmss/simulation/accuracy_report.hpp"
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/precision.hpp"
+#include "hybmss/simulation/accuracy_report.hpp"
 #include "hybmss/simulation/scene.hpp"
 
 #include <array>

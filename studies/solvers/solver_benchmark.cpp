@@ -1,14 +1,14 @@
-#include "bench/solvers/solver_benchmark.hpp"
+#include "studies/solvers/solver_benchmark.hpp"
 
 #include "bench/interleaved.hpp"
 #include "bench/printed.hpp"
 
-#include "studies/calculix/program.hpp"
 #include "hybmss/equilibrium.hpp"
 #include "plan/bodies/body.hpp"
+#include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"
-#include "solvers/multigrid/multigrid.hpp"
+#include "studies/calculix/program.hpp"
 
 #include <algorithm>
 #include <chrono>

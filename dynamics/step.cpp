@@ -1,0 +1,88 @@
+#include "dynamics/step.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace hybmss {
+
+template <class T>
+void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed) {
+    for (const PrescribedComponent<T>& p : prescribed) {
+        const auto axis = static_cast<std::size_t>(p.axis);
+        const Component<T> u = component(state.displacement, axis), v = component(state.velocity, axis);
+        u.first[static_cast<std::ptrdiff_t>(p.index) * u.stride] = p.displacement;
+        v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] = p.velocity;
+    }
+}
+
+namespace {
+
+constexpr std::size_t kPiece = 512; // components
+
+/// Pieces of a list of components, in parallel: visit(part of the list).
+template <class Component, class Visit>
+Stage stage_over(std::span<const Component> all, std::size_t length, const Visit& visit) {
+    return {(all.size() + length - 1) / length, [all, length, visit](std::size_t piece, std::size_t) {
+                const std::size_t begin = piece * length;
+                visit(all.subspan(begin, std::min(length, all.size() - begin)));
+            }};
+}
+
+template <class T>
+Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<const LoadedComponent<T>> loaded) {
+    const double dt = parameters.time_step;
+    const T time_step = static_cast<T>(dt), factor = static_cast<T>(dt / (1 + dt * parameters.mass_damping));
+    return stage_over(loaded, kPiece, [&state, time_step, factor](std::span<const LoadedComponent<T>> part) {
+        for (const LoadedComponent<T>& p : part) {
+            const auto axis = static_cast<std::size_t>(p.axis);
+            const Component<T> u = component(state.displacement, axis), v = component(state.velocity, axis);
+            const T gain = factor * p.acceleration;
+            v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] += gain;
+            u.first[static_cast<std::ptrdiff_t>(p.index) * u.stride] += time_step * gain;
+        }
+    });
+}
+
+/// Appends what acts on single nodes to the stages of a step. A load adds its part to the integrated motion, which is
+/// linear in the force: v += dt/(1 + dt c) f/m, u += dt of that. The spans and the state must outlive the stages.
+template <class T>
+void add_action_stages(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
+                       std::vector<Stage>& stages) {
+    if (!actions.loaded.empty()) {
+        stages.push_back(load_stage(state, parameters, actions.loaded));
+    }
+    const std::span<const PrescribedComponent<T>> prescribed = actions.prescribed;
+    if (prescribed.empty()) {
+        return;
+    }
+    // Several pieces where that cannot matter: one that is named twice gets the later values.
+    const bool none_twice = std::adjacent_find(prescribed.begin(), prescribed.end(), [](const auto& p, const auto& q) {
+                                return std::tie(p.index, p.axis) >= std::tie(q.index, q.axis);
+                            }) == prescribed.end();
+    stages.push_back(
+        stage_over(prescribed, none_twice ? kPiece : prescribed.size(),
+                   [&state](std::span<const PrescribedComponent<T>> part) { set_prescribed(state, part); }));
+}
+
+} // namespace
+
+template <class T>
+void take_steps(const Body<T>& body, State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
+                long count) {
+    std::vector<Stage> stages;
+    for (const auto& effect : actions.effects) {
+        effect->add_stages(body, state, parameters, stages);
+    }
+    for (Stage& stage : body.step_stages(state, parameters)) {
+        stages.push_back(std::move(stage));
+    }
+    add_action_stages(state, parameters, actions, stages);
+    body.workers().run(stages, count);
+}
+
+template void set_prescribed(State<float>&, std::span<const PrescribedComponent<float>>);
+template void set_prescribed(State<double>&, std::span<const PrescribedComponent<double>>);
+template void take_steps(const Body<float>&, State<float>&, const StepParameters&, const StepActions<float>&, long);
+template void take_steps(const Body<double>&, State<double>&, const StepParameters&, const StepActions<double>&, long);
+
+} // namespace hybmss

@@ -1,0 +1,12 @@
+#pragma once
+
+/// \file
+/// The commands of the hybmss-study program, by the same rules as those of hybmss (app/commands.hpp).
+
+namespace CLI {
+class App;
+}
+
+void add_stability_command(CLI::App& app);
+void add_paper_command(CLI::App& app);
+void add_price_command(CLI::App& app);
