@@ -219,7 +219,8 @@ void add_explain_command(CLI::App& app) {
     const auto arguments = std::make_shared<ExplainArguments>();
     CLI::App* command = app.add_subcommand("explain", "tell what a scene calls for, and how it would be computed");
     command->add_option("SCENE", arguments->scene, "scene file (TOML)");
-    command->add_flag("--keys", arguments->keys, "print all keys of the scene format instead, as in docs/scenes.md");
+    command->add_flag("--keys", arguments->keys,
+                      "print all keys of the scene format instead, as in docs/report/scene_keys.md");
     command->add_flag("--effects", arguments->effects, "print all effects there are instead, as in docs/effects.md");
     command->add_option("--json", arguments->json, "also write it to this file")->check(a_path());
     arguments->plan.add_to(*command, true);

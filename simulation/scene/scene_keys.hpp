@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The one table of scene keys: the parser checks by it, its messages quote it, docs/scenes.md shows it.
+/// The one table of scene keys: the parser checks by it, its messages quote it, docs/report/scene_keys.md shows it.
 
 #include "hybmss/simulation/scene.hpp"
 

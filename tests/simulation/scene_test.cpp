@@ -43,9 +43,9 @@ TEST(Scene, every_region_and_motion_is_read) {
 }
 
 TEST(Scene, documentation_shows_exactly_the_keys_of_the_parser) {
-    const std::string document = test::read_text(HYBMSS_SOURCE_DIR "/docs/scenes.md");
+    const std::string document = test::read_text(HYBMSS_SOURCE_DIR "/docs/report/scene_keys.md");
     EXPECT_NE(document.find(scene_keys_markdown()), std::string::npos)
-        << "docs/scenes.md must hold what `hybmss explain --keys` prints";
+        << "docs/report/scene_keys.md must hold what `hybmss explain --keys` prints";
     EXPECT_GT(scene_keys().size(), 25u);
 }
 

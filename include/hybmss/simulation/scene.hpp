@@ -220,7 +220,7 @@ struct SceneKey {
 /// Every key there is. The parser knows no other.
 std::span<const SceneKey> scene_keys();
 
-/// The keys as Markdown tables, as docs/scenes.md holds them.
+/// The keys as Markdown tables, as docs/report/scene_keys.md holds them.
 std::string scene_keys_markdown();
 
 } // namespace hybmss
