@@ -9,23 +9,24 @@
 namespace hybmss::paper {
 
 void write_page(const std::vector<Table>& tables, const std::string& calculix, std::ostream& out) {
-    out << "# The paper's experiments\n\n"
-           "Section 6 of Golec et al. 2020 (see [model.md](model.md)), every experiment, beside the print and beside "
-           "finite "
-           "elements.\nThis page is what `hybmss-study paper --markdown docs/paper.md` writes.\n\n"
-           "- **ours**: the lattice at rest, by `solver.method = \"static\"` in double to a residual of 1e-8, where "
-           "the paper "
-           "stops a motion\n  after 10 s. HybMSS has A = 1, HybMSS-FD no face diagonals, HybMSS-CF no volume force.\n"
+    out << R"(Printed by `hybmss-study paper --markdown docs/report/paper.md`.
+
+# The paper's experiments
+
+Section 6 of Golec et al. 2020 (see [model.md](../model.md)), every experiment, beside the print and beside finite elements.
+
+- **ours**: the lattice at rest, by `solver.method = "static"` in double to a residual of 1e-8, where the paper stops a motion
+  after 10 s. HybMSS has A = 1, HybMSS-FD no face diagonals, HybMSS-CF no volume force.
+)"
         << "- **CalculiX**: " << calculix
-        << "; C3D8I elements on the same mesh, NLGEOM (St Venant and Kirchhoff) unless\n  a heading says otherwise. "
-           "`hybmss "
-           "paper --calculix` runs the program anew; `--store studies/paper/calculix_results.json`\n  keeps what it "
-           "finds.\n"
-           "- **against print**: \"agrees\" within 2 %, or within the last printed digit of e; else why not, by the "
-           "letters "
-           "below\n  each table. These reasons follow from the equations and from equilibria under them; the paper's "
-           "own "
-           "motion\n  was not run to prove them.\n\n";
+        << R"(; C3D8I elements on the same mesh, NLGEOM (St Venant and Kirchhoff) unless
+  a heading says otherwise. `hybmss-study paper --calculix` runs the program anew;
+  `--store studies/paper/calculix_results.json` keeps what it finds.
+- **against print**: "agrees" within 2 %, or within the last printed digit of e; else why not, by the letters below
+  each table. These reasons follow from the equations and from equilibria under them; the paper's own motion
+  was not run to prove them.
+
+)";
     for (const Table& table : tables) {
         print_markdown(table, out);
     }

@@ -11,7 +11,7 @@
 
 namespace hybmss::paper {
 
-/// A page of Markdown: docs/paper.md. `calculix` says where CalculiX's figures come from.
+/// A page of Markdown: docs/report/paper.md. `calculix` says where CalculiX's figures come from.
 void write_page(const std::vector<Table>& tables, const std::string& calculix, std::ostream& out);
 void write_json(const std::vector<Table>& tables, const std::string& calculix, std::ostream& out);
 

@@ -61,7 +61,7 @@ def motions(folder):
 
 
 def equilibria(folder):
-    # docs/paper.md: 10^3 cells of 0.5 m, E = 10 kPa, nu = 1/4, 5 % compression between clamped plates.
+    # docs/report/paper.md: 10^3 cells of 0.5 m, E = 10 kPa, nu = 1/4, 5 % compression between clamped plates.
     pressed = folder / "pressed"
     for ranks, extra in [(1, ["--save", pressed]), (2, ["--save", folder / "again"]), (2, ["--compare", pressed, "--tolerance", "1e-9"]),
                          (2, ["--save", folder / "again2"]), (4, ["--compare", pressed, "--tolerance", "1e-9"])]:
