@@ -4,6 +4,7 @@
 #include <vector>
 
 int main() {
+    // [forces]
     const auto cube = hybmss::Lattice::box(10, 10, 10, 0.5); // 10^3 cells of 0.5 m
     const hybmss::ForcePlan<float> plan(cube, hybmss::Material{.young_modulus = 1e4, .poisson_ratio = 0.45});
 
@@ -14,5 +15,6 @@ int main() {
                     hybmss::VectorField<float>::aos(f.data(), plan.node_count()));
 
     std::printf("the node is pushed back up with %.1f N\n", static_cast<double>(f[top]));
+    // [/forces]
     return f[top] > 0 ? 0 : 1;
 }

@@ -1,4 +1,5 @@
-// The pieces of code that docs/embedding.md shows, in one program that runs as a test.
+// The pieces of code that docs/embedding.md, memory.md, motion.md and records.md show, in one program that runs as a
+// test.
 
 #include "hybmss/allocator.hpp"
 #include "hybmss/explicit_dynamics.hpp"
@@ -8,6 +9,7 @@
 #include "hybmss/task_runner.hpp"
 #include "hybmss/version.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -165,6 +167,32 @@ void precision() {
     check(u[0] == 0.0f, "at rest");
 }
 
+void obstacles() {
+    // [obstacles]
+    const Lattice lattice = Lattice::box(8, 8, 8, 0.1);
+    ExplicitDynamics<float> body(lattice, Material{.young_modulus = 1e5});
+    const std::array obstacles = {
+        Obstacle{.shape = PlaneShape{.normal = {0, 1, 0}}, .friction = 0.5},
+        Obstacle{.shape = SphereShape{.radius = 0.3}, .pose = {.position = {0.4, 1.15, 0.4}}},
+    };
+    body.set_obstacles(surface_nodes(lattice), obstacles); // once: it lets go what friction holds
+
+    const double frame = 1.0 / 60;
+    // Asked after the obstacles, which shorten it.
+    const int steps = 1 + static_cast<int>(frame / (0.7 * body.critical_time_step()));
+    std::array poses = {obstacles[0].pose, obstacles[1].pose};
+    poses[1].velocity = {0, -0.2, 0}; // within a frame an obstacle goes on by its velocities
+    for (int i = 0; i < 60; ++i) {
+        body.move_obstacles(poses); // where they are when the frame begins
+        body.step({.time_step = frame / steps, .acceleration = {0, -9.81, 0}, .mass_damping = 2}, steps);
+        poses[1].position[1] += frame * poses[1].velocity[1];
+    }
+    const ObstacleReading sphere =
+        body.obstacle_readings()[1]; // force and torque on the body, nodes that touch, depths
+    // [/obstacles]
+    check(sphere.nodes > 0 && sphere.force[1] < 0, "the ball presses the cube down");
+}
+
 // [record]
 bool agrees_with(const Record& record) {
     const ForcePlan<float> plan(record.lattice, record.material); // here stands what you check: your own integration
@@ -215,6 +243,7 @@ int main() {
         allocators();
         determinism();
         precision();
+        obstacles();
         records();
         versions();
     } catch (const std::exception& error) {
