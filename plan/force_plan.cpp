@@ -4,36 +4,74 @@
 #include "plan/tuning/planned_body.hpp"
 
 #include <cmath>
+#include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 namespace hybmss {
 
-/// The body, and the states that are not in use: each execution takes one, so that a plan may run many times at once.
+/// The body, and the scratch that is not in use: each execution borrows one, so that a plan may run many times at once.
 template <class T>
 struct ForcePlan<T>::Implementation {
+    /// What an execution works with. Its stages are made once, of the three that forces take: write the caller's
+    /// displacements into the state, sweep, add to the caller's forces; where both lie is set anew for each call.
+    struct Scratch {
+        explicit Scratch(const Body<T>& body) : state(body.make_state(false)) {}
+        Scratch(const Scratch&) = delete;
+        Scratch& operator=(const Scratch&) = delete;
+
+        State<T> state;
+        VectorField<const T> displacement;
+        VectorField<T> force;
+        std::vector<Stage> force_stages; ///< empty until forces are asked for
+    };
+
+    /// One scratch for as long as the object lives.
+    class Borrowed {
+    public:
+        explicit Borrowed(Implementation& plan) : plan_(plan), scratch_(plan.take()) {}
+        /// With the state at these displacements.
+        Borrowed(Implementation& plan, VectorField<const T> displacement) : Borrowed(plan) {
+            plan.body->write(displacement, 1 / plan.body->length_unit(), scratch_->state.displacement);
+        }
+        Borrowed(const Borrowed&) = delete;
+        Borrowed& operator=(const Borrowed&) = delete;
+        ~Borrowed() { plan_.give_back(std::move(scratch_)); }
+        Scratch& operator*() const { return *scratch_; }
+        Scratch* operator->() const { return scratch_.get(); }
+
+    private:
+        Implementation& plan_;
+        std::unique_ptr<Scratch> scratch_;
+    };
+
     explicit Implementation(PlannedBody<T> made) : planned(std::move(made)), body(planned.body.get()) {
-        idle.push_back(body->make_state(false));
+        idle.push_back(std::make_unique<Scratch>(*body));
     }
 
-    State<T> take() {
-        const std::lock_guard lock(mutex);
-        if (idle.empty()) {
-            return body->make_state(false);
+    std::unique_ptr<Scratch> take() {
+        {
+            const std::lock_guard lock(mutex);
+            if (!idle.empty()) {
+                std::unique_ptr<Scratch> scratch = std::move(idle.back());
+                idle.pop_back();
+                return scratch;
+            }
+            idle.reserve(++scratches); // so that to give it back takes no memory
         }
-        State<T> state = std::move(idle.back());
-        idle.pop_back();
-        return state;
+        return std::make_unique<Scratch>(*body);
     }
-    void give_back(State<T> state) {
+    void give_back(std::unique_ptr<Scratch> scratch) noexcept {
         const std::lock_guard lock(mutex);
-        idle.push_back(std::move(state));
+        idle.push_back(std::move(scratch));
     }
 
     PlannedBody<T> planned;
     const Body<T>* body;
     std::mutex mutex;
-    std::vector<State<T>> idle;
+    std::size_t scratches = 1; ///< made so far
+    std::vector<std::unique_ptr<Scratch>> idle;
 };
 
 template <class T>
@@ -57,45 +95,50 @@ std::size_t ForcePlan<T>::node_count() const {
 template <class T>
 void ForcePlan<T>::add_forces(VectorField<const T> displacement, VectorField<T> force) const {
     const Body<T>& body = *implementation_->body;
-    State<T> state = implementation_->take();
-    body.write(displacement, 1 / body.length_unit(), state.displacement);
-    body.compute_forces(state);
-    body.add(state.force, force);
-    implementation_->give_back(std::move(state));
+    body.check(displacement);
+    body.check(force);
+    const typename Implementation::Borrowed scratch(*implementation_);
+    scratch->displacement = displacement;
+    scratch->force = force;
+    if (scratch->force_stages.empty()) {
+        State<T>& state = scratch->state;
+        std::vector<Stage> stages;
+        stages.push_back(body.write_stage(scratch->displacement, 1 / body.length_unit(), state.displacement));
+        append(body.force_stages(state), stages);
+        stages.push_back(body.add_stage(state.force, scratch->force));
+        scratch->force_stages = std::move(stages);
+    }
+    body.workers().run(scratch->force_stages, 1);
 }
 
 template <class T>
 PotentialEnergy ForcePlan<T>::energy(VectorField<const T> displacement) const {
-    const Body<T>& body = *implementation_->body;
-    State<T> state = implementation_->take();
-    body.write(displacement, 1 / body.length_unit(), state.displacement);
-    const PotentialEnergy energy = body.energy(state);
-    implementation_->give_back(std::move(state));
-    return energy;
+    const typename Implementation::Borrowed scratch(*implementation_, displacement);
+    return implementation_->body->energy(scratch->state);
 }
 
 template <class T>
 void ForcePlan<T>::add_hessian_product(VectorField<const T> displacement, VectorField<const T> direction,
                                        VectorField<T> product) const {
     const Body<T>& body = *implementation_->body;
-    State<T> state = implementation_->take();
-    body.write(displacement, 1 / body.length_unit(), state.displacement);
+    body.check(direction);
+    body.check(product);
+    const typename Implementation::Borrowed scratch(*implementation_, displacement);
+    State<T>& state = scratch->state;
     body.allocate_like(state.displacement, state.direction);
     body.write(direction, 1 / body.length_unit(), state.direction);
     body.hessian_product(state, state.direction, state.force);
-    body.add(state.force, product);
-    implementation_->give_back(std::move(state));
+    const Stage add = body.add_stage(state.force, product);
+    body.workers().run({&add, 1}, 1);
 }
 
 template <class T>
 void ForcePlan<T>::hessian_diagonal(VectorField<const T> displacement, std::span<T> blocks) const {
     const Body<T>& body = *implementation_->body;
-    State<T> state = implementation_->take();
-    body.write(displacement, 1 / body.length_unit(), state.displacement);
+    const typename Implementation::Borrowed scratch(*implementation_, displacement);
     AlignedArray<T> sums[6];
-    body.hessian_diagonal(state, sums);
+    body.hessian_diagonal(scratch->state, sums);
     body.read_blocks(sums, 1 / body.length_unit(), blocks);
-    implementation_->give_back(std::move(state));
 }
 
 template <class T>
@@ -127,8 +170,8 @@ template <class T>
 PlanDescription ForcePlan<T>::describe() const {
     PlanDescription description = implementation_->planned.describe();
     const std::lock_guard lock(implementation_->mutex);
-    for (const State<T>& state : implementation_->idle) {
-        description.bytes += state.bytes();
+    for (const auto& scratch : implementation_->idle) {
+        description.bytes += scratch->state.bytes();
     }
     return description;
 }

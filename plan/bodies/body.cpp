@@ -3,18 +3,26 @@
 #include "layouts/interleaved.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
 namespace hybmss {
 namespace {
 
-// What for_each_component does with a component of the caller's and one of the body's, or with whole nodes of a caller
-// whose components are interleaved.
+// What a pass between a caller's memory and the body's does with neighbouring nodes: component by component, where both
+// lie side by side; with whole nodes of a caller whose components are interleaved; or with one component of one node.
+// No memory overlaps.
 template <class T>
 struct Write {
     T scale;
     void operator()(const T& source, T& target) const { target = scale * source; }
+    void side_by_side(const T* __restrict source, T* __restrict target, std::size_t nodes) const {
+        for (std::size_t n = 0; n < nodes; ++n) {
+            target[n] = scale * source[n];
+        }
+    }
     void interleaved(const T* source, T* x, T* y, T* z, std::size_t nodes) const {
         scale_from_interleaved(source, scale, x, y, z, nodes);
     }
@@ -23,6 +31,11 @@ template <class T>
 struct Read {
     T scale;
     void operator()(T& target, const T& source) const { target = scale * source; }
+    void side_by_side(T* __restrict target, const T* __restrict source, std::size_t nodes) const {
+        for (std::size_t n = 0; n < nodes; ++n) {
+            target[n] = scale * source[n];
+        }
+    }
     void interleaved(T* target, const T* x, const T* y, const T* z, std::size_t nodes) const {
         scale_to_interleaved<false>(x, y, z, scale, target, nodes);
     }
@@ -30,10 +43,57 @@ struct Read {
 template <class T>
 struct Add {
     void operator()(T& target, const T& source) const { target += source; }
+    void side_by_side(T* __restrict target, const T* __restrict source, std::size_t nodes) const {
+        for (std::size_t n = 0; n < nodes; ++n) {
+            target[n] += source[n];
+        }
+    }
     void interleaved(T* target, const T* x, const T* y, const T* z, std::size_t nodes) const {
         scale_to_interleaved<true>(x, y, z, T(1), target, nodes);
     }
 };
+
+[[noreturn]] void refuse(const std::string& what) {
+    throw std::invalid_argument("vector field: " + what);
+}
+
+template <class T>
+void check_view(const VectorField<T>& field, std::size_t nodes) {
+    if (field.size != nodes) {
+        throw std::invalid_argument("vector field of " + std::to_string(field.size) + " nodes given: the body has " +
+                                    std::to_string(nodes));
+    }
+    if (nodes == 0) {
+        return;
+    }
+    if (!field.x || !field.y || !field.z) {
+        refuse(std::string(1, !field.x ? 'x' : !field.y ? 'y' : 'z') + " is null");
+    }
+    if (field.stride == 0) {
+        refuse("stride = 0 is not allowed: every node has components of its own");
+    }
+}
+
+/// Whether a component of some node is another component of it or of another node, as in interleaved memory with the
+/// stride of separate arrays.
+template <class T>
+bool overlap(const T* a, const T* b, std::size_t stride, std::size_t nodes) {
+    const auto from = reinterpret_cast<std::uintptr_t>(std::min(a, b, std::less<>()));
+    const auto to = reinterpret_cast<std::uintptr_t>(std::max(a, b, std::less<>()));
+    const std::size_t apart = (to - from) / sizeof(T);
+    return apart < stride * nodes && apart % stride == 0;
+}
+
+/// visit(array, first entry, one behind the last) in pieces of `arrays` arrays of `size` entries.
+template <class Visit>
+Stage stage_over_arrays(std::size_t arrays, std::size_t size, const Visit& visit) {
+    constexpr std::size_t kPiece = 8192;
+    const std::size_t pieces = (size + kPiece - 1) / kPiece;
+    return {arrays * pieces, [=](std::size_t i, std::size_t) {
+                const std::size_t begin = i % pieces * kPiece;
+                visit(i / pieces, begin, std::min(begin + kPiece, size));
+            }};
+}
 
 } // namespace
 
@@ -51,98 +111,98 @@ std::size_t State<T>::bytes() const {
 }
 
 template <class T>
-void Body<T>::check_size(std::size_t size) const {
-    if (size != node_count()) {
-        throw std::invalid_argument("vector field of " + std::to_string(size) + " nodes given: the body has " +
-                                    std::to_string(node_count()));
-    }
+void Body<T>::check(const VectorField<const T>& in) const {
+    check_view(in, node_count());
 }
 
 template <class T>
-template <class Visit>
-void Body<T>::for_each_run(const Visit& visit) const {
-    // A voxel body has a run a row of cells: hand them out in bundles.
-    constexpr std::size_t kBundle = 64;
-    const std::span<const NodeRun> all = runs();
-    const std::size_t bundle = all.size() > 64 * kBundle ? kBundle : 1;
-    const auto piece = [&](std::size_t index, std::size_t) {
-        for (std::size_t r = index * bundle; r < std::min((index + 1) * bundle, all.size()); ++r) {
-            visit(all[r]);
-        }
-    };
-    workers_.run((all.size() + bundle - 1) / bundle, piece);
+void Body<T>::check(const VectorField<T>& out) const {
+    check_view(out, node_count());
+    const auto stride = static_cast<std::size_t>(out.stride < 0 ? -out.stride : out.stride);
+    if (overlap(out.x, out.y, stride, out.size) || overlap(out.y, out.z, stride, out.size) ||
+        overlap(out.z, out.x, stride, out.size)) {
+        refuse("x, y and z must be different memory: with stride = " + std::to_string(out.stride) + " they share some");
+    }
 }
 
 template <class T>
 template <class Outer, class Inner, class Move>
-void Body<T>::for_each_component(Outer* const (&outer)[3], std::ptrdiff_t outer_stride,
-                                 const Component<Inner> (&inner)[3], const Move& move) const {
-    if (node_count() == 0) {
-        return; // the caller's pointers may be null, and so are ours
-    }
-    const std::ptrdiff_t inner_stride = inner[0].stride;
+void Body<T>::move_nodes(std::size_t begin, std::size_t end, const VectorField<Outer>& outer,
+                         const Component<Inner> (&inner)[3], const Move& move) const {
+    Outer* const theirs[3] = {outer.x, outer.y, outer.z};
+    const std::ptrdiff_t stride = outer.stride, inner_stride = inner[0].stride;
     if (const std::span<const std::uint32_t> all = order(); !all.empty()) {
         // Node by node: the caller's components of a node may share a cache line, and no neighbour will be near it.
-        constexpr std::size_t kPiece = 4096;
-        workers_.run((all.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-            const std::size_t end = std::min((piece + 1) * kPiece, all.size());
-            for (std::size_t i = piece * kPiece; i < end; ++i) {
-                for (std::size_t c = 0; c < 3; ++c) {
-                    move(outer[c][static_cast<std::ptrdiff_t>(all[i]) * outer_stride],
-                         inner[c].first[static_cast<std::ptrdiff_t>(i) * inner_stride]);
-                }
+        for (std::size_t i = begin; i < end; ++i) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                move(theirs[c][static_cast<std::ptrdiff_t>(all[i]) * stride],
+                     inner[c].first[static_cast<std::ptrdiff_t>(i) * inner_stride]);
             }
-        });
+        }
         return;
     }
     const bool interleaved =
-        outer_stride == 3 && inner_stride == 1 && outer[1] == outer[0] + 1 && outer[2] == outer[0] + 2;
-    for_each_run([&](const NodeRun& run) {
+        stride == 3 && inner_stride == 1 && theirs[1] == theirs[0] + 1 && theirs[2] == theirs[0] + 2;
+    const std::span<const NodeRun> all = runs();
+    auto run = std::upper_bound(all.begin(), all.end(), begin,
+                                [](std::size_t node, const NodeRun& r) { return node < r.node; });
+    for (--run; begin < end; ++run) {
+        const std::size_t index = run->index + (begin - run->node);
+        const std::size_t length = std::min(run->node + run->length, end) - begin;
         if (interleaved) {
-            move.interleaved(outer[0] + 3 * run.node, inner[0].first + run.index, inner[1].first + run.index,
-                             inner[2].first + run.index, run.length);
-            return;
-        }
-        for (std::size_t c = 0; c < 3; ++c) {
-            Outer* theirs = outer[c] + static_cast<std::ptrdiff_t>(run.node) * outer_stride;
-            Inner* ours = inner[c].first + static_cast<std::ptrdiff_t>(run.index) * inner_stride;
-            if (outer_stride == 1 && inner_stride == 1) {
-                for (std::size_t n = 0; n < run.length; ++n) {
-                    move(theirs[n], ours[n]);
-                }
-            } else {
-                for (std::size_t n = 0; n < run.length; ++n, theirs += outer_stride, ours += inner_stride) {
-                    move(*theirs, *ours);
+            move.interleaved(theirs[0] + 3 * begin, inner[0].first + index, inner[1].first + index,
+                             inner[2].first + index, length);
+        } else {
+            for (std::size_t c = 0; c < 3; ++c) {
+                Outer* outside = theirs[c] + static_cast<std::ptrdiff_t>(begin) * stride;
+                Inner* inside = inner[c].first + static_cast<std::ptrdiff_t>(index) * inner_stride;
+                if (stride == 1 && inner_stride == 1) {
+                    move.side_by_side(outside, inside, length);
+                } else {
+                    for (std::size_t n = 0; n < length; ++n, outside += stride, inside += inner_stride) {
+                        move(*outside, *inside);
+                    }
                 }
             }
         }
-    });
+        begin += length;
+    }
+}
+
+template <class T>
+template <class Outer, class Field, class Move>
+Stage Body<T>::move_stage(const VectorField<Outer>& outer, Field& field, const Move& move) const {
+    // Large enough that handing them out costs nothing; with one thread they follow each other.
+    constexpr std::size_t kPiece = 4096;
+    return {(node_count() + kPiece - 1) / kPiece, [this, &outer, &field, move](std::size_t piece, std::size_t) {
+                const auto x = component(field, 0), y = component(field, 1), z = component(field, 2);
+                const std::remove_const_t<decltype(x)> inner[3] = {x, y, z};
+                move_nodes(piece * kPiece, std::min((piece + 1) * kPiece, node_count()), outer, inner, move);
+            }};
+}
+
+template <class T>
+Stage Body<T>::write_stage(const VectorField<const T>& in, double factor, NodeField<T>& field) const {
+    return move_stage(in, field, Write<T>{static_cast<T>(factor)});
+}
+
+template <class T>
+Stage Body<T>::add_stage(const NodeField<T>& field, const VectorField<T>& out) const {
+    return move_stage(out, field, Add<T>{});
 }
 
 template <class T>
 void Body<T>::write(VectorField<const T> in, double factor, NodeField<T>& field) const {
-    check_size(in.size);
-    const T* const from[3] = {in.x, in.y, in.z};
-    const Component<T> to[3] = {component(field, 0), component(field, 1), component(field, 2)};
-    const T scale = static_cast<T>(factor);
-    for_each_component(from, in.stride, to, Write<T>{scale});
+    check(in);
+    const Stage stage = write_stage(in, factor, field);
+    workers_->run({&stage, 1}, 1);
 }
 
 template <class T>
 void Body<T>::read(const NodeField<T>& field, double factor, VectorField<T> out) const {
-    check_size(out.size);
-    T* const to[3] = {out.x, out.y, out.z};
-    const Component<const T> from[3] = {component(field, 0), component(field, 1), component(field, 2)};
-    const T scale = static_cast<T>(factor);
-    for_each_component(to, out.stride, from, Read<T>{scale});
-}
-
-template <class T>
-void Body<T>::add(const NodeField<T>& field, VectorField<T> out) const {
-    check_size(out.size);
-    T* const to[3] = {out.x, out.y, out.z};
-    const Component<const T> from[3] = {component(field, 0), component(field, 1), component(field, 2)};
-    for_each_component(to, out.stride, from, Add<T>{});
+    check(out);
+    const Stage stage = move_stage(out, field, Read<T>{static_cast<T>(factor)});
+    workers_->run({&stage, 1}, 1);
 }
 
 template <class T>
@@ -167,6 +227,26 @@ void Body<T>::allocate_like(const NodeField<T>& like, NodeField<T>& field) {
             field[c] = AlignedArray<T>(like[c].size());
         }
     }
+}
+
+template <class T>
+Stage Body<T>::clear_stage(NodeField<T>& field) {
+    return stage_over_arrays(array_count(field), field[0].size(),
+                             [&field](std::size_t a, std::size_t begin, std::size_t end) {
+                                 std::fill(field[a].data() + begin, field[a].data() + end, T(0));
+                             });
+}
+
+template <class T>
+Stage Body<T>::move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) {
+    return stage_over_arrays(arrays, more[0].size(), [=](std::size_t a, std::size_t begin, std::size_t end) {
+        T* const to = sum[a].data();
+        T* const from = more[a].data();
+        for (std::size_t n = begin; n < end; ++n) {
+            to[n] += sign * from[n];
+            from[n] = 0;
+        }
+    });
 }
 
 template <class T>
@@ -210,7 +290,7 @@ void Body<T>::add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, dou
                               std::vector<Stage>& stages) const {
     // Pieces of each component, or of the packed array; their sums meet in this order.
     constexpr std::size_t kElements = 4096;
-    const std::size_t size = velocity[0].size(), components = velocity[1].size() > 0 ? 3 : 1;
+    const std::size_t size = velocity[0].size(), components = array_count<T>(velocity);
     const std::size_t pieces = (size + kElements - 1) / kElements;
     const auto sums = std::make_shared<std::vector<double>>(taken ? components * pieces : 0);
     stages.push_back({components * pieces, [=, &velocity, &product, kick = kernel_table().network_effects->kick,

@@ -37,6 +37,12 @@ auto component(Field& field, std::size_t c) {
     return field[1].size() > 0 ? Component<T>{field[c].data(), 1} : Component<T>{field[0].data() + c, 4};
 }
 
+/// How many arrays a field is made of.
+template <class T>
+std::size_t array_count(const NodeField<T>& field) {
+    return field[1].size() > 0 ? 3 : 1;
+}
+
 /// What changes while a body is used: one for every execution at a time.
 template <class T>
 struct State {
@@ -91,8 +97,11 @@ public:
     virtual void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed);
 
     virtual State<T> make_state(bool moving) const = 0;
+    /// What sets state.force, however often it is run. The state must outlive the stages, and its arrays stay where
+    /// they are.
+    virtual std::vector<Stage> force_stages(State<T>& state) const = 0;
     /// Sets state.force.
-    virtual void compute_forces(State<T>& state) const = 0;
+    void compute_forces(State<T>& state) const { workers_->run(force_stages(state), 1); }
     virtual PotentialEnergy energy(State<T>& state) const = 0;
     /// product = K p in N, where K = d^2 W / du^2 (N/m) at state.displacement and p is `direction`, in the body's
     /// length unit like displacements. What lies between and behind the nodes in `direction` must be zero, and is zero
@@ -122,35 +131,47 @@ public:
     /// One step by the body's own forces, gravity and damping. The state must outlive the stages.
     virtual std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const = 0;
 
+    /// Throw std::invalid_argument unless it is a field of the body's nodes: with addresses, a stride other than 0, and
+    /// where it is written to, three components that share no memory.
+    void check(const VectorField<const T>& in) const;
+    void check(const VectorField<T>& out) const;
     /// field = factor * in, at the body's nodes.
     void write(VectorField<const T> in, double factor, NodeField<T>& field) const;
     /// out = factor * field.
     void read(const NodeField<T>& field, double factor, VectorField<T> out) const;
-    /// out += field.
-    void add(const NodeField<T>& field, VectorField<T> out) const;
+    /// The same as write(), and out += field. What is read and written is what the views say when the stages run: one
+    /// list of stages serves calls with ever other memory. The views have been checked by then.
+    Stage write_stage(const VectorField<const T>& in, double factor, NodeField<T>& field) const;
+    Stage add_stage(const NodeField<T>& field, const VectorField<T>& out) const;
     /// out[6 n + e] = factor * blocks[e] of node n.
     void read_blocks(const AlignedArray<T> (&blocks)[6], double factor, std::span<T> out) const;
     double kinetic_energy(const State<T>& state) const;
-    const Workers& workers() const { return workers_; }
+    const Workers& workers() const { return *workers_; }
     /// Makes the arrays of `field` as long as those of `like`, and zero, where they are not.
     static void allocate_like(const NodeField<T>& like, NodeField<T>& field);
+    /// field = 0.
+    static Stage clear_stage(NodeField<T>& field);
+    /// sum += sign * more, more = 0, array by array; `arrays` of them, all of one size.
+    static Stage move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign);
     /// Arrays of `size` zeros for a diagonal's blocks.
     static void clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]);
 
 protected:
-    explicit Body(Workers workers) : workers_(std::move(workers)) {}
+    explicit Body(Workers workers) : workers_(std::make_shared<const Workers>(std::move(workers))) {}
+    /// With the workers of another body, which this one is made around.
+    explicit Body(std::shared_ptr<const Workers> workers) : workers_(std::move(workers)) {}
+    static std::shared_ptr<const Workers> workers_of(const Body& body) { return body.workers_; }
 
 private:
-    void check_size(std::size_t size) const;
-    /// Calls visit(run) for all runs, several at a time.
-    template <class Visit>
-    void for_each_run(const Visit& visit) const;
-    /// Calls move(caller's component, body's component) for all nodes and components.
+    /// move(caller's component, body's component) for all nodes and components. `outer`: a view that is looked at when
+    /// the stage runs.
+    template <class Outer, class Field, class Move>
+    Stage move_stage(const VectorField<Outer>& outer, Field& field, const Move& move) const;
     template <class Outer, class Inner, class Move>
-    void for_each_component(Outer* const (&outer)[3], std::ptrdiff_t outer_stride, const Component<Inner> (&inner)[3],
-                            const Move& move) const;
+    void move_nodes(std::size_t begin, std::size_t end, const VectorField<Outer>& outer,
+                    const Component<Inner> (&inner)[3], const Move& move) const;
 
-    Workers workers_;
+    std::shared_ptr<const Workers> workers_;
 };
 
 /// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one.

@@ -17,10 +17,9 @@ Stage GatherBody<T>::gathering(State<T>& state) const {
 }
 
 template <class T>
-void GatherBody<T>::compute_forces(State<T>& state) const {
+std::vector<Stage> GatherBody<T>::force_stages(State<T>& state) const {
     this->allocate_forces(state);
-    const Stage stage = gathering(state);
-    this->workers().run({&stage, 1}, 1);
+    return {gathering(state)};
 }
 
 template <class T>

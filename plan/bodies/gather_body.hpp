@@ -15,7 +15,7 @@ public:
     GatherBody(const Lattice& lattice, const Material& material, const PlanOptions& options);
 
     PlanDescription describe() const override;
-    void compute_forces(State<T>& state) const override;
+    std::vector<Stage> force_stages(State<T>& state) const override;
     std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:

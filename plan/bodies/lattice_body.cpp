@@ -204,10 +204,9 @@ void LatticeBody<T>::allocate_forces(State<T>& state) const {
 }
 
 template <class T>
-void LatticeBody<T>::compute_forces(State<T>& state) const {
+std::vector<Stage> LatticeBody<T>::force_stages(State<T>& state) const {
     allocate_forces(state);
-    const StepConstants<T> none{};
-    this->workers().run(sweep(state, Finish::store, none), 1);
+    return sweep(state, Finish::store, {});
 }
 
 template <class T>

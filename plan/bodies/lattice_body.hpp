@@ -37,7 +37,7 @@ public:
     void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) override;
 
     State<T> make_state(bool moving) const override;
-    void compute_forces(State<T>& state) const override;
+    std::vector<Stage> force_stages(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;

@@ -54,8 +54,7 @@ std::unique_ptr<Body<T>> stiffened(std::unique_ptr<Body<T>> body, const SpringSt
     if (!stiffening.any()) {
         return body;
     }
-    const int threads = body->workers().threads();
-    return std::make_unique<StiffenedBody<T>>(std::move(body), stiffening, threads);
+    return std::make_unique<StiffenedBody<T>>(std::move(body), stiffening);
 }
 
 template <class T>

@@ -130,9 +130,11 @@ void NetworkBody<T>::allocate_forces(State<T>& state) const {
 }
 
 template <class T>
-void NetworkBody<T>::compute_forces(State<T>& state) const {
-    allocate_forces(state);
-    this->workers().run(accumulate(node_arrays(state)), 1);
+std::vector<Stage> NetworkBody<T>::force_stages(State<T>& state) const {
+    this->allocate_like(state.displacement, state.force);
+    std::vector<Stage> stages = accumulate(node_arrays(state));
+    stages.insert(stages.begin(), this->clear_stage(state.force));
+    return stages;
 }
 
 template <class T>

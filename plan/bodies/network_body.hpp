@@ -22,7 +22,7 @@ public:
     PlanDescription describe() const override;
 
     State<T> make_state(bool moving) const override;
-    void compute_forces(State<T>& state) const override;
+    std::vector<Stage> force_stages(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;

@@ -69,9 +69,11 @@ std::vector<Stage> PackedNetworkBody<T, Layout>::accumulate(const kernels::Packe
 }
 
 template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::compute_forces(State<T>& state) const {
-    clear_forces(state);
-    this->workers().run(accumulate(packed_nodes(state)), 1);
+std::vector<Stage> PackedNetworkBody<T, Layout>::force_stages(State<T>& state) const {
+    this->allocate_like(state.displacement, state.force);
+    std::vector<Stage> stages = accumulate(packed_nodes(state));
+    stages.insert(stages.begin(), this->clear_stage(state.force));
+    return stages;
 }
 
 template <class T, class Layout>

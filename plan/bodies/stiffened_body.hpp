@@ -4,14 +4,14 @@
 
 namespace hybmss {
 
-/// A body whose springs stiffen: another body, and beside each of its own passes one over the springs for what their
-/// energy has beyond 1/2 k (|d| - l)^2. In a step that force kicks the velocities before the body's own sweep, as a
-/// StepEffect does. Bodies whose springs do not stiffen are never wrapped in one.
+/// A body whose springs stiffen: another body and its workers, and beside each of its own passes one over the springs
+/// for what their energy has beyond 1/2 k (|d| - l)^2. In a step that force kicks the velocities before the body's own
+/// sweep, as a StepEffect does. Bodies whose springs do not stiffen are never wrapped in one.
 template <class T>
 class StiffenedBody final : public Body<T> {
 public:
-    /// `stiffening`: valid. `threads`: those of `inner`.
-    StiffenedBody(std::unique_ptr<Body<T>> inner, const SpringStiffening& stiffening, int threads);
+    /// `stiffening`: valid.
+    StiffenedBody(std::unique_ptr<Body<T>> inner, const SpringStiffening& stiffening);
 
     std::span<const double> masses() const override { return inner_->masses(); }
     std::span<const NodeRun> runs() const override { return inner_->runs(); }
@@ -27,7 +27,7 @@ public:
     }
 
     State<T> make_state(bool moving) const override;
-    void compute_forces(State<T>& state) const override;
+    std::vector<Stage> force_stages(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;

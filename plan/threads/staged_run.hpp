@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <span>
 #include <vector>
@@ -16,6 +17,11 @@ struct Stage {
     std::size_t pieces = 0;
     std::function<void(std::size_t piece, std::size_t worker)> run;
 };
+
+/// Appends stages to others.
+inline void append(std::vector<Stage> more, std::vector<Stage>& stages) {
+    stages.insert(stages.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
 
 /// The stages in their order, `rounds` times, on the calling thread alone, as worker 0.
 void run_alone(std::span<const Stage> stages, long rounds) noexcept;

@@ -44,10 +44,14 @@ public:
         if (operation_ == Operation::step) {
             body_->workers().run(body_->step_stages(state_, parameters_), steps);
         } else {
+            // As a plan's add_forces() does.
+            const auto from = view();
+            const auto to = VectorField<T>::aos(forces_.data(), body_->node_count());
+            std::vector<Stage> stages = body_->force_stages(state_);
+            stages.insert(stages.begin(), body_->write_stage(from, 1, state_.displacement));
+            stages.push_back(body_->add_stage(state_.force, to));
             for (long s = 0; s < steps; ++s) {
-                body_->write(view(), 1, state_.displacement);
-                body_->compute_forces(state_);
-                body_->add(state_.force, VectorField<T>::aos(forces_.data(), body_->node_count()));
+                body_->workers().run(stages, 1);
             }
         }
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

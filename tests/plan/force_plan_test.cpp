@@ -10,9 +10,30 @@
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <thread>
+
+namespace {
+/// What this thread has taken from the heap.
+thread_local long allocations = 0;
+} // namespace
+
+// Not inlined: compilers would take free() for a mistake.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+    ++allocations;
+    if (void* memory = std::malloc(size > 0 ? size : 1)) {
+        return memory;
+    }
+    throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
 
 namespace hybmss {
 namespace {
@@ -93,6 +114,51 @@ TEST(ForcePlan, RefusesWhatItCannotDo) {
               "prescribed node 3: axes = 9 is not allowed: it must be a sum of 1, 2 and 4");
     EXPECT_EQ(refusal([&] { body.step({.time_step = 1e-4}, -5); }),
               "count = -5 is not allowed: it must be at least 0 steps");
+}
+
+TEST(ForcePlan, RefusesFieldsThatAreNone) {
+    const ForcePlan<float> plan(Lattice::box(2, 2, 2, 1.0), Material{});
+    const std::size_t n = plan.node_count();
+    std::vector<float> u(3 * n, 0.01f), f(3 * n, 0.0f);
+    const auto in = VectorField<const float>::aos(u.data(), n);
+    const auto forces = [&](VectorField<const float> from, VectorField<float> to) {
+        return refusal([&] { plan.add_forces(from, to); });
+    };
+    EXPECT_EQ(forces(in, VectorField<float>::soa(f.data(), nullptr, f.data() + 2 * n, n)), "vector field: y is null");
+    EXPECT_EQ(forces({u.data(), u.data() + 1, nullptr, 3, n}, VectorField<float>::aos(f.data(), n)),
+              "vector field: z is null");
+    EXPECT_EQ(forces(VectorField<const float>::aos(u.data(), n, 0), VectorField<float>::aos(f.data(), n)),
+              "vector field: stride = 0 is not allowed: every node has components of its own");
+    // Interleaved memory with the stride of separate arrays: y of a node is x of the next.
+    EXPECT_EQ(forces(in, VectorField<float>::aos(f.data(), n, 1)),
+              "vector field: x, y and z must be different memory: with stride = 1 they share some");
+    EXPECT_EQ(f, std::vector<float>(3 * n, 0.0f)) << "a refused call adds nothing";
+    // What is only read may be the same memory three times, and may run backwards.
+    EXPECT_EQ(
+        forces(VectorField<const float>::soa(u.data(), u.data(), u.data(), n), VectorField<float>::aos(f.data(), n)),
+        "");
+    EXPECT_EQ(forces(in, VectorField<float>::aos(f.data() + 3 * n - 3, n, -3)), "");
+}
+
+// Every thread takes memory from the same heap: a small body's forces would wait for it.
+TEST(ForcePlan, TakesNoMemoryForTheForcesOfASmallBody) {
+    for (const char* layout : {"", "active-rows", "packed-xyzw", "coloured-soa"}) {
+        for (const double stiffening : {0.0, 1.0}) {
+            PlanOptions options;
+            options.layout = layout;
+            const ForcePlan<float> plan(Lattice::box(4, 4, 4, 1.0), Material{.stiffening = {stiffening, stiffening}},
+                                        options);
+            const std::size_t n = plan.node_count();
+            std::vector<float> u(3 * n, 0.01f), f(3 * n, 0.0f);
+            const auto forces = [&] {
+                plan.add_forces(VectorField<const float>::aos(u.data(), n), VectorField<float>::aos(f.data(), n));
+            };
+            forces();
+            const long before = allocations;
+            forces();
+            EXPECT_EQ(allocations - before, 0) << layout << ", stiffening " << stiffening;
+        }
+    }
 }
 
 TEST(ForcePlan, AnEmptyLatticeHasNoForces) {
