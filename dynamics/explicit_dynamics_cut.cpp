@@ -10,7 +10,7 @@ template <class T>
 void ExplicitDynamics<T>::Implementation::check_cut(const Lattice& lattice, std::span<const std::uint32_t> cells) {
     if (!body->can_be_cut()) {
         throw std::invalid_argument("layout \"" + body->describe().layout +
-                                    "\" cannot be cut while it moves: flat-rows, active-rows and gather-rows can");
+                                    "\" cannot be cut while it moves: flat-rows and active-rows can");
     }
     for (const std::uint32_t cell : cells) {
         if (cell >= lattice.cell_scales().size()) {

@@ -16,22 +16,16 @@ namespace hybmss::kernels {
     extern const PackedHessianKernels<double> kPackedHessianDouble;                                                    \
     extern const RunHessianKernels<float> kRunsHessianFloat;                                                           \
     extern const RunHessianKernels<double> kRunsHessianDouble;                                                         \
-    extern const RecordHessianKernels<float> kRecordsHessianFloat;                                                     \
-    extern const RecordHessianKernels<double> kRecordsHessianDouble;                                                   \
     extern const SoaHessianKernels<float> kSoaHessianFloat;                                                            \
     extern const SoaHessianKernels<double> kSoaHessianDouble;                                                          \
     extern const LatticeKernels<float> kActiveFloat;                                                                   \
     extern const LatticeKernels<double> kActiveDouble;                                                                 \
-    extern const GatherKernels<float> kGatherFloat;                                                                    \
-    extern const GatherKernels<double> kGatherDouble;                                                                  \
     extern const SoaKernels<float> kSoaFloat;                                                                          \
     extern const SoaKernels<double> kSoaDouble;                                                                        \
     extern const PackedKernels<float> kPackedFloat;                                                                    \
     extern const PackedKernels<double> kPackedDouble;                                                                  \
     extern const RunKernels<float> kRunsFloat;                                                                         \
     extern const RunKernels<double> kRunsDouble;                                                                       \
-    extern const RecordKernels<float> kRecordsFloat;                                                                   \
-    extern const RecordKernels<double> kRecordsDouble;                                                                 \
     extern const LatticeEffectKernels<float> kLatticeEffectsFloat;                                                     \
     extern const LatticeEffectKernels<double> kLatticeEffectsDouble;                                                   \
     extern const NetworkEffectKernels<float> kNetworkEffectsFloat;                                                     \

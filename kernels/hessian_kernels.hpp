@@ -40,8 +40,6 @@ using PackedHessianKernels = NetworkHessianKernels<T, SpringBlock<T>, CellBlock<
 /// Of one SpringRuns or CellRuns; the entries are runs.
 template <class T>
 using RunHessianKernels = NetworkHessianKernels<T, SpringRuns<T>, CellRuns<T>>;
-template <class T>
-using RecordHessianKernels = NetworkHessianKernels<T, SpringRecord<T>, CellRecord<T>>;
 
 /// Second derivatives of a network as structure of arrays; springs or cells [begin, end) of one colour.
 template <class T>

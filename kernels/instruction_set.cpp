@@ -24,24 +24,20 @@ struct Entry {
     {InstructionSet::set,                                                                                              \
      &kernels::set::kLatticeFloat,                                                                                     \
      &kernels::set::kActiveFloat,                                                                                      \
-     &kernels::set::kGatherFloat,                                                                                      \
      &kernels::set::kLatticeHessianFloat,                                                                              \
      &kernels::set::kSoaFloat,                                                                                         \
      &kernels::set::kPackedFloat,                                                                                      \
      &kernels::set::kRunsFloat,                                                                                        \
-     &kernels::set::kRecordsFloat,                                                                                     \
      &kernels::set::kSoaHessianFloat,                                                                                  \
      &kernels::set::kPackedHessianFloat,                                                                               \
      &kernels::set::kRunsHessianFloat,                                                                                 \
-     &kernels::set::kRecordsHessianFloat,                                                                              \
      &kernels::set::kLatticeEffectsFloat,                                                                              \
      &kernels::set::kNetworkEffectsFloat},                                                                             \
     {                                                                                                                  \
         InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kActiveDouble,                              \
-            &kernels::set::kGatherDouble, &kernels::set::kLatticeHessianDouble, &kernels::set::kSoaDouble,             \
-            &kernels::set::kPackedDouble, &kernels::set::kRunsDouble, &kernels::set::kRecordsDouble,                   \
-            &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble, &kernels::set::kRunsHessianDouble,  \
-            &kernels::set::kRecordsHessianDouble, &kernels::set::kLatticeEffectsDouble,                                \
+            &kernels::set::kLatticeHessianDouble, &kernels::set::kSoaDouble, &kernels::set::kPackedDouble,             \
+            &kernels::set::kRunsDouble, &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,         \
+            &kernels::set::kRunsHessianDouble, &kernels::set::kLatticeEffectsDouble,                                   \
             &kernels::set::kNetworkEffectsDouble                                                                       \
     }
 

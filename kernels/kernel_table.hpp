@@ -16,16 +16,13 @@ struct KernelTable {
     InstructionSet instruction_set;
     const LatticeKernels<T>* lattice; ///< flat-rows
     const LatticeKernels<T>* active;  ///< active-rows
-    const GatherKernels<T>* gather;
     const LatticeHessianKernels<T>* lattice_hessian;
     const SoaKernels<T>* soa;
     const PackedKernels<T>* packed;
     const RunKernels<T>* runs;
-    const RecordKernels<T>* records;
     const SoaHessianKernels<T>* soa_hessian;
     const PackedHessianKernels<T>* packed_hessian;
     const RunHessianKernels<T>* runs_hessian;
-    const RecordHessianKernels<T>* records_hessian;
     const LatticeEffectKernels<T>* lattice_effects;
     const NetworkEffectKernels<T>* network_effects;
 };

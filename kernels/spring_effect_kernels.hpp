@@ -29,11 +29,9 @@ struct NetworkEffectKernels {
     SoaHessianKernels<T> soa[kEffectLawCount];
     PackedHessianKernels<T> packed[kEffectLawCount];
     RunHessianKernels<T> runs[kEffectLawCount];
-    RecordHessianKernels<T> records[kEffectLawCount];
     double (*soa_energy)(const NetworkSprings<T>&, const HessianArrays<T>&, Range begin, Range end);
     double (*packed_energy)(const SpringBlock<T>*, const PackedHessian<T>&, Range begin, Range end);
     double (*runs_energy)(const SpringRuns<T>*, const PackedHessian<T>&, Range begin, Range end);
-    double (*records_energy)(const SpringRecord<T>*, const PackedHessian<T>&, Range begin, Range end);
     /// velocity -= factor * inverse_mass * product, product = 0, over [begin, end), multiples of kMaxWidth. Returns
     /// what this takes out of sum m v^2 / 2, by the unit of velocity^2 / inverse_mass.
     double (*kick)(T* velocity, T* product, const T* inverse_mass, T factor, Range begin, Range end);

@@ -2,7 +2,6 @@
 
 #include "kernels/lattice/lattice_hessian_impl.hpp"
 #include "kernels/network/network_hessian_impl.hpp"
-#include "kernels/network/record_hessian_impl.hpp"
 #include "kernels/network/run_hessian_impl.hpp"
 
 // Sums of the stiffening energy k l^2 (quadratic e^3/3 + cubic e^4/4) in every layout.
@@ -81,22 +80,6 @@ double run_stiffening_energy(const SpringRuns<Scalar<V>>* springs, const PackedH
         SpringBlock<Scalar<V>> block;
         set_block<V>(*springs, i, block);
         energy += packed_stiffening_energy<V>(&block, nodes, 0, 1);
-    }
-    return energy;
-}
-
-template <class V>
-double record_stiffening_energy(const SpringRecord<Scalar<V>>* springs, const PackedHessian<Scalar<V>>& nodes,
-                                std::ptrdiff_t begin, std::ptrdiff_t end) {
-    using T = Scalar<V>;
-    double energy = 0;
-    for (std::ptrdiff_t i = begin; i < end; ++i) {
-        Point<T> d;
-        const T s = record_stretch(springs[i], nodes.displacement, d);
-        const T e = s / (1 + scalar_square_root(s + 1 > 0 ? s + 1 : T(0)));
-        const T density =
-            e * e * e * (nodes.stiffening.quadratic * T(1.0 / 3.0) + nodes.stiffening.cubic * T(0.25) * e);
-        energy += static_cast<double>(springs[i].stiffness / springs[i].inverse_length2 * density);
     }
     return energy;
 }

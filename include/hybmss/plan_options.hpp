@@ -61,8 +61,8 @@ struct PlanOptions {
     /// it.
     int threads = 0;
     /// About how many nodes a tile has, the piece of a body that one thread works on at a time; 0 for the body's own
-    /// rule. Layouts without tiles (gather-rows, coloured-soa, aos) take no notice of it. It decides in which order
-    /// sums are made, so another size gives other last bits; threads give the same ones at every size.
+    /// rule. The layout without tiles (coloured-soa) takes no notice of it. It decides in which order sums are made, so
+    /// another size gives other last bits; threads give the same ones at every size.
     std::size_t tile_nodes = 0;
     /// Of steps alone. Results differ in their last bits.
     Integration integration = Integration::automatic;

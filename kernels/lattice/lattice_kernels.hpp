@@ -14,16 +14,8 @@ struct LatticeKernels {
     Layer top[2][kAccuracyCount][kFinishCount];
     Layer join[kFinishCount];
     Energy energy[2][kVolumeCount][2]; ///< [face diagonals][volume][top]
+    Layer integrate[2];                ///< [driven]; of the plane's nodes, by the forces in `partial`
     int width;                         ///< lanes of a vector
-};
-
-/// The kernels of a lattice in gather-rows; the energies are those of flat rows.
-template <class T>
-struct GatherKernels {
-    /// Sets `partial` to the forces on the lower plane.
-    using Plane = void (*)(const LatticeLayer<T>&);
-    Plane plane[2][kVolumeCount][kAccuracyCount]; ///< [face diagonals][volume][accuracy]
-    void (*integrate[2])(const LatticeLayer<T>&); ///< [driven]; of the plane's nodes, by the forces in `partial`
 };
 
 } // namespace hybmss::kernels

@@ -267,6 +267,15 @@ void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
     }
 }
 
+/// Integrates a plane of nodes by the forces in `partial`, after all planes have theirs.
+template <bool driven, class V>
+void integrate_plane(const LatticeLayer<Scalar<V>>& layer) {
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        integrate_nodes<driven>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n,
+                                load_force<V>(layer.partial, n));
+    }
+}
+
 /// The energy of a vector of cells and of the springs that start at its nodes; with `top` of the topmost plane's
 /// springs.
 template <bool face_diagonals, Volume volume, bool top, class V>

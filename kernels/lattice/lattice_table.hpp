@@ -53,6 +53,8 @@ constexpr LatticeKernels<Scalar<V>> lattice_table() {
     table.join[static_cast<int>(Finish::store)] = lattice_join<Finish::store, V>;
     table.join[static_cast<int>(Finish::integrate)] = lattice_join<Finish::integrate, V>;
     table.join[static_cast<int>(Finish::integrate_driven)] = lattice_join<Finish::integrate_driven, V>;
+    table.integrate[false] = integrate_plane<false, V>;
+    table.integrate[true] = integrate_plane<true, V>;
     table.width = kWidth<V>;
     return table;
 }

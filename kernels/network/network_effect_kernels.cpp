@@ -16,8 +16,6 @@ constexpr void set_law(NetworkEffectKernels<Scalar<V>>& kernels) {
     kernels.packed[l].spring_product[exact] = packed_spring_product<Accuracy::exact, V, law>;
     kernels.runs[l].spring_product[accurate] = run_spring_product<Accuracy::accurate, V, law>;
     kernels.runs[l].spring_product[exact] = run_spring_product<Accuracy::exact, V, law>;
-    kernels.records[l].spring_product[accurate] = kernels.records[l].spring_product[exact] =
-        record_spring_product<V, law>;
     if constexpr (law != SpringLaw::stiffening) {
         kernels.soa[l].spring_diagonal[accurate] = network_spring_diagonal<Accuracy::accurate, V, law>;
         kernels.soa[l].spring_diagonal[exact] = network_spring_diagonal<Accuracy::exact, V, law>;
@@ -25,8 +23,6 @@ constexpr void set_law(NetworkEffectKernels<Scalar<V>>& kernels) {
         kernels.packed[l].spring_diagonal[exact] = packed_spring_diagonal<Accuracy::exact, V, law>;
         kernels.runs[l].spring_diagonal[accurate] = run_spring_diagonal<Accuracy::accurate, V, law>;
         kernels.runs[l].spring_diagonal[exact] = run_spring_diagonal<Accuracy::exact, V, law>;
-        kernels.records[l].spring_diagonal[accurate] = kernels.records[l].spring_diagonal[exact] =
-            record_spring_diagonal<V, law>;
     }
 }
 
@@ -54,7 +50,6 @@ constexpr NetworkEffectKernels<Scalar<V>> network_effect_kernels() {
     kernels.soa_energy = soa_stiffening_energy<V>;
     kernels.packed_energy = packed_stiffening_energy<V>;
     kernels.runs_energy = run_stiffening_energy<V>;
-    kernels.records_energy = record_stiffening_energy<V>;
     kernels.kick = kick<V>;
     return kernels;
 }

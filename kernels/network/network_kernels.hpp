@@ -47,10 +47,6 @@ struct RunKernels {
 /// Layout packed-xyzw: its runs, and its blocks.
 template <class T>
 using PackedKernels = NetworkKernels<T, SpringBlock<T>, CellBlock<T>>;
-/// Layout aos.
-template <class T>
-using RecordKernels = NetworkKernels<T, SpringRecord<T>, CellRecord<T>>;
-
 /// The kernels of a network as structure of arrays, layout coloured-soa; springs, cells or nodes [begin, end).
 template <class T>
 struct SoaKernels {

@@ -57,7 +57,7 @@ std::vector<std::size_t> shared_stiffness(const Lattice& lattice, const LatticeA
 } // namespace
 
 template <class T>
-LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Ghosts ghosts) {
+LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material) {
     LatticeArrays<T> a;
     a.axes = choose_axes(lattice);
     a.cell_size = lattice.cell_size();
@@ -67,16 +67,12 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Gho
     a.cell_lanes = padded(a.row * (rows - 1));
     a.planes = count(2);
     a.plane = padded(lanes + a.row + 1);
-    const std::size_t first = ghosts == Ghosts::planes ? padded(a.row + 1) + a.plane : 0;
     for (std::size_t k = 0; k <= a.planes; ++k) {
-        a.begin.push_back(first + k * a.plane);
+        a.begin.push_back(k * a.plane);
     }
     a.lanes.assign(a.planes, lanes);
-    const std::size_t elements = a.begin.back() + (ghosts == Ghosts::planes ? a.plane : 0);
-    // A kernel that gathers reads neighbours in every direction: its planes share nothing.
-    a.stiffness_begin = ghosts == Ghosts::planes ? a.own_stiffness() : shared_stiffness(lattice, a.axes, a.plane);
-    a.allocate(elements, ghosts == Ghosts::planes ? elements : a.stiffness_begin.back() + a.plane,
-               material.face_diagonal_ratio > 0);
+    a.stiffness_begin = shared_stiffness(lattice, a.axes, a.plane);
+    a.allocate(a.begin.back(), a.stiffness_begin.back() + a.plane, material.face_diagonal_ratio > 0);
 
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());
@@ -104,7 +100,7 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Gho
     for (std::size_t z = 0; z <= static_cast<std::size_t>(nz); ++z) {
         for (std::size_t y = 0; y <= static_cast<std::size_t>(ny); ++y) {
             for (std::size_t x = 0; x <= static_cast<std::size_t>(nx); ++x) {
-                const std::size_t n = first + x + y * y_stride + z * z_stride;
+                const std::size_t n = x + y * y_stride + z * z_stride;
                 if (touching[n] > 0) {
                     a.masses.push_back(shares.mass(touching[n]));
                     append_node(a.runs, n);
@@ -115,7 +111,7 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Gho
     return a;
 }
 
-template LatticeArrays<float> flat_rows(const Lattice&, const Material&, Ghosts);
-template LatticeArrays<double> flat_rows(const Lattice&, const Material&, Ghosts);
+template LatticeArrays<float> flat_rows(const Lattice&, const Material&);
+template LatticeArrays<double> flat_rows(const Lattice&, const Material&);
 
 } // namespace hybmss

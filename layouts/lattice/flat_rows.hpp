@@ -4,9 +4,6 @@
 
 namespace hybmss {
 
-/// Whether a layout has planes of zeros below and above the body.
-enum class Ghosts { none, planes };
-
 /// The layout "flat-rows": every grid node has a place, connectivity is a sum of strides, void cells have stiffness
 /// zero.
 ///
@@ -19,15 +16,10 @@ enum class Ghosts { none, planes };
 /// they start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
 ///
 /// The stiffness of planes with the same cells below and above is held once.
-///
-/// With ghost planes it is the layout "gather-rows": a kernel may read the neighbours below the first plane and above
-/// the last one, and stiffnesses of cells there, all zero.
-///
-///     zeros for a row and a node | ghost plane | plane 0 | ... | plane nz | ghost plane
 template <class T>
-LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, Ghosts ghosts = Ghosts::none);
+LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material);
 
-extern template LatticeArrays<float> flat_rows(const Lattice&, const Material&, Ghosts);
-extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&, Ghosts);
+extern template LatticeArrays<float> flat_rows(const Lattice&, const Material&);
+extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&);
 
 } // namespace hybmss

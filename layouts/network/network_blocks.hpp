@@ -74,25 +74,7 @@ struct CellRun {
     std::uint32_t kappa; ///< which LaneValues: kappa, 0 where there is no cell
 };
 
-/// One spring as a struct, as people write it first; `a` and `b` as above.
-template <class T>
-struct SpringRecord {
-    std::int32_t a, b;
-    T rest[3];
-    T stiffness;
-    T inverse_length2;
-};
-
-/// One hexahedral cell as a struct.
-template <class T>
-struct CellRecord {
-    std::int32_t node[8];
-    T rest_edge[9];
-    T kappa;
-    T inverse_volume;
-};
-
-/// A bundle of springs and cells, by their positions in the arrays of a layout: blocks or single ones.
+/// A bundle of springs and cells, by their positions in the arrays of a layout: blocks, and runs.
 struct NetworkTile {
     std::size_t spring_begin, spring_end;
     std::size_t cell_begin, cell_end;

@@ -64,15 +64,13 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
                       options.task_runner)),
       name_(layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       kernels_(layout == kActiveRows ? table_->active : table_->lattice),
-      layout_(layout == kActiveRows
-                  ? active_rows<T>(lattice, material, kernels_->width)
-                  : flat_rows<T>(lattice, material, layout == kGatherRows ? Ghosts::planes : Ghosts::none)),
+      layout_(layout == kActiveRows ? active_rows<T>(lattice, material, kernels_->width)
+                                    : flat_rows<T>(lattice, material)),
       material_(material), face_diagonals_(material.face_diagonal_ratio > 0),
       volume_(kernel_volume(resolved_volume_energy(material))), accuracy_(options.accuracy),
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.tile_nodes)),
-      split_(options.integration == Integration::split || layout == kGatherRows),
-      frequencies_(lattice_frequencies(lattice, material)), springs_(lattice.merged_springs(face_diagonals_).total()),
-      cells_(lattice.cell_count()) {}
+      split_(options.integration == Integration::split), frequencies_(lattice_frequencies(lattice, material)),
+      springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
 
 template <class T>
 State<T> LatticeBody<T>::make_state(bool moving) const {
@@ -229,18 +227,12 @@ StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& para
 }
 
 template <class T>
-auto LatticeBody<T>::plane_at(State<T>& state, std::size_t k) const -> Layer {
-    Layer plane = layer_at(state, k);
-    point_to(plane.partial, state.force, layout_.axes, layout_.begin[k]);
-    return plane;
-}
-
-template <class T>
 Stage LatticeBody<T>::integration(State<T>& state, const StepParameters& parameters) const {
     const StepConstants<T> constants = constants_along_axes(parameters);
-    const auto integrate = table_->gather->integrate[is_driven(parameters)];
+    const auto integrate = kernels_->integrate[is_driven(parameters)];
     return {layout_.planes, [this, &state, constants, integrate](std::size_t k, std::size_t) {
-                Layer plane = plane_at(state, k);
+                Layer plane = layer_at(state, k);
+                point_to(plane.partial, state.force, layout_.axes, layout_.begin[k]);
                 plane.step = constants;
                 integrate(plane);
             }};

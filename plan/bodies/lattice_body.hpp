@@ -13,7 +13,6 @@ namespace hybmss {
 
 inline constexpr const char* kFlatRows = "flat-rows";
 inline constexpr const char* kActiveRows = "active-rows";
-inline constexpr const char* kGatherRows = "gather-rows"; ///< flat rows between ghost planes; see GatherBody
 
 /// A lattice in the layout flat-rows or active-rows, swept layer by layer.
 ///
@@ -21,7 +20,7 @@ inline constexpr const char* kGatherRows = "gather-rows"; ///< flat rows between
 /// meet in a plane of nodes, where each leaves what it adds in a buffer of its own. Whoever of the two comes second
 /// joins the sums, always in the same order, and finishes the plane.
 template <class T>
-class LatticeBody : public Body<T> {
+class LatticeBody final : public Body<T> {
 public:
     /// `layout`: one of the names above.
     LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
@@ -49,24 +48,15 @@ public:
     const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
     std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
-protected:
+private:
     using Layer = kernels::LatticeLayer<T>;
 
-    const kernels::KernelTable<T>& table() const { return *table_; }
-    const LatticeArrays<T>& layout() const { return layout_; }
-    bool face_diagonals() const { return face_diagonals_; }
-    kernels::Volume volume() const { return volume_; }
-    Accuracy accuracy() const { return accuracy_; }
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
-    /// Node plane k with its forces in `partial`.
-    Layer plane_at(State<T>& state, std::size_t k) const;
     void allocate_forces(State<T>& state) const;
     /// Integrates all nodes by the forces in the state.
     Stage integration(State<T>& state, const StepParameters& parameters) const;
     kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
-
-private:
     /// Springs whose first node, or whose cell's low corner, lies at `index`.
     std::size_t springs_from(std::size_t index) const;
     std::size_t slabs() const { return slab_begin_.size() - 1; }

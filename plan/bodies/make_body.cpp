@@ -1,5 +1,4 @@
 #include "layouts/lattice/active_rows.hpp"
-#include "plan/bodies/gather_body.hpp"
 #include "plan/bodies/lattice_body.hpp"
 #include "plan/bodies/network_body.hpp"
 #include "plan/bodies/packed_network_body.hpp"
@@ -16,7 +15,6 @@ namespace {
 constexpr const char* kNetwork = "network";
 constexpr const char* kPackedXyzw = "packed-xyzw";
 constexpr const char* kColouredSoa = "coloured-soa";
-constexpr const char* kAos = "aos";
 
 [[noreturn]] void refuse_layout(const std::string& given, const std::vector<std::string>& known) {
     std::string allowed;
@@ -43,9 +41,6 @@ std::unique_ptr<Body<T>> network_body(const Network& network, const PlanOptions&
     if (layout == kColouredSoa) {
         return std::make_unique<NetworkBody<T>>(network, options);
     }
-    if (layout == kAos) {
-        return std::make_unique<PackedNetworkBody<T, ArrayOfStructs<T>>>(network, options);
-    }
     refuse_layout(layout, network_layouts());
 }
 
@@ -64,9 +59,6 @@ std::unique_ptr<Body<T>> plain_body(const Lattice& lattice, const Material& mate
     if (layout == kFlatRows || layout == kActiveRows) {
         return std::make_unique<LatticeBody<T>>(lattice, material, options, layout);
     }
-    if (layout == kGatherRows) {
-        return std::make_unique<GatherBody<T>>(lattice, material, options);
-    }
     if (options.layout == kNetwork) {
         return network_body<T>(Network::from_lattice(lattice, material), options, "");
     }
@@ -80,10 +72,10 @@ std::unique_ptr<Body<T>> plain_body(const Lattice& lattice, const Material& mate
 } // namespace
 
 std::vector<std::string> lattice_layouts() {
-    return {kFlatRows, kActiveRows, kGatherRows, kNetwork};
+    return {kFlatRows, kActiveRows, kNetwork};
 }
 std::vector<std::string> network_layouts() {
-    return {kPackedXyzw, kColouredSoa, kAos};
+    return {kPackedXyzw, kColouredSoa};
 }
 
 bool has_tiles(const std::string& layout) {

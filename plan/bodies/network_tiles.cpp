@@ -97,19 +97,6 @@ PotentialEnergy NetworkTiles<PackedXyzw<T>>::energy(const PackedXyzw<T>& layout,
 }
 
 template <class T>
-void NetworkTiles<ArrayOfStructs<T>>::add_forces(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                                                 const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) {
-    add_own_forces(layout, choice, tile, nodes);
-}
-
-template <class T>
-PotentialEnergy NetworkTiles<ArrayOfStructs<T>>::energy(const ArrayOfStructs<T>& layout,
-                                                        const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
-                                                        const kernels::PackedNodes<T>& nodes) {
-    return own_energy(layout, choice, tile, nodes);
-}
-
-template <class T>
 void NetworkTiles<PackedXyzw<T>>::add_products(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
                                                const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
                                                const kernels::PackedHessian<T>& nodes) {
@@ -140,22 +127,6 @@ void NetworkTiles<PackedXyzw<T>>::add_diagonals(const PackedXyzw<T>& layout, con
 }
 
 template <class T>
-void NetworkTiles<ArrayOfStructs<T>>::add_products(const ArrayOfStructs<T>& layout,
-                                                   const NetworkKernelChoice<T>& choice,
-                                                   const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
-                                                   const kernels::PackedHessian<T>& nodes) {
-    add_own_products(layout, choice, kernels, tile, nodes);
-}
-
-template <class T>
-void NetworkTiles<ArrayOfStructs<T>>::add_diagonals(const ArrayOfStructs<T>& layout,
-                                                    const NetworkKernelChoice<T>& choice,
-                                                    const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
-                                                    const T* displacement, const kernels::DiagonalBlocks<T>& sums) {
-    add_own_diagonals(layout, choice, kernels, tile, displacement, sums);
-}
-
-template <class T>
 double NetworkTiles<PackedXyzw<T>>::stiffening_energy(const PackedXyzw<T>& layout, const NetworkKernelChoice<T>& choice,
                                                       const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) {
     const kernels::NetworkEffectKernels<T>& effects = *choice.table->network_effects;
@@ -168,18 +139,7 @@ double NetworkTiles<PackedXyzw<T>>::stiffening_energy(const PackedXyzw<T>& layou
            });
 }
 
-template <class T>
-double NetworkTiles<ArrayOfStructs<T>>::stiffening_energy(const ArrayOfStructs<T>& layout,
-                                                          const NetworkKernelChoice<T>& choice, const NetworkTile& tile,
-                                                          const kernels::PackedHessian<T>& nodes) {
-    return sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
-        return choice.table->network_effects->records_energy(layout.springs.data(), nodes, begin, end);
-    });
-}
-
 template struct NetworkTiles<PackedXyzw<float>>;
 template struct NetworkTiles<PackedXyzw<double>>;
-template struct NetworkTiles<ArrayOfStructs<float>>;
-template struct NetworkTiles<ArrayOfStructs<double>>;
 
 } // namespace hybmss

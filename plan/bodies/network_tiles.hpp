@@ -1,7 +1,6 @@
 #pragma once
 
 #include "kernels/kernel_table.hpp"
-#include "layouts/network/array_of_structs.hpp"
 #include "layouts/network/packed_xyzw.hpp"
 #include "plan/bodies/body.hpp"
 
@@ -16,15 +15,14 @@ template <class T>
 struct PackedNetworkHessian {
     const kernels::PackedHessianKernels<T>* packed;
     const kernels::RunHessianKernels<T>* runs;
-    const kernels::RecordHessianKernels<T>* records;
 
     static PackedNetworkHessian elastic(const kernels::KernelTable<T>& table) {
-        return {table.packed_hessian, table.runs_hessian, table.records_hessian};
+        return {table.packed_hessian, table.runs_hessian};
     }
     static PackedNetworkHessian of(const kernels::KernelTable<T>& table, kernels::SpringLaw law) {
         const kernels::NetworkEffectKernels<T>& effects = *table.network_effects;
         const int l = kernels::effect_index(law);
-        return {&effects.packed[l], &effects.runs[l], &effects.records[l]};
+        return {&effects.packed[l], &effects.runs[l]};
     }
 };
 
@@ -70,33 +68,7 @@ struct NetworkTiles<PackedXyzw<T>> {
                                     const NetworkTile& tile, const kernels::PackedHessian<T>& nodes);
 };
 
-template <class T>
-struct NetworkTiles<ArrayOfStructs<T>> {
-    static constexpr const char *kLayout = "aos", *kKernels = "record";
-    static constexpr int kMostThreads = 1;
-    static const auto& kernels(const kernels::KernelTable<T>& table) { return *table.records; }
-    static const auto& own(const PackedNetworkHessian<T>& kernels) { return *kernels.records; }
-
-    static ArrayOfStructs<T> layout(const Network& network, const kernels::KernelTable<T>&, std::size_t) {
-        return ArrayOfStructs<T>(network);
-    }
-    static void add_forces(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                           const NetworkTile& tile, const kernels::PackedNodes<T>& nodes);
-    static PotentialEnergy energy(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                                  const NetworkTile& tile, const kernels::PackedNodes<T>& nodes);
-    static void add_products(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                             const PackedNetworkHessian<T>& kernels, const NetworkTile& tile,
-                             const kernels::PackedHessian<T>& nodes);
-    static void add_diagonals(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                              const PackedNetworkHessian<T>& kernels, const NetworkTile& tile, const T* displacement,
-                              const kernels::DiagonalBlocks<T>& sums);
-    static double stiffening_energy(const ArrayOfStructs<T>& layout, const NetworkKernelChoice<T>& choice,
-                                    const NetworkTile& tile, const kernels::PackedHessian<T>& nodes);
-};
-
 extern template struct NetworkTiles<PackedXyzw<float>>;
 extern template struct NetworkTiles<PackedXyzw<double>>;
-extern template struct NetworkTiles<ArrayOfStructs<float>>;
-extern template struct NetworkTiles<ArrayOfStructs<double>>;
 
 } // namespace hybmss

@@ -202,7 +202,5 @@ PlanDescription PackedNetworkBody<T, Layout>::describe() const {
 
 template class PackedNetworkBody<float, PackedXyzw<float>>;
 template class PackedNetworkBody<double, PackedXyzw<double>>;
-template class PackedNetworkBody<float, ArrayOfStructs<float>>;
-template class PackedNetworkBody<double, ArrayOfStructs<double>>;
 
 } // namespace hybmss

@@ -4,7 +4,7 @@
 
 namespace hybmss {
 
-/// A network in a layout with packed nodes: packed-xyzw (PackedXyzw<T>) or aos (ArrayOfStructs<T>).
+/// A network in the layout packed-xyzw.
 ///
 /// The colours of its tiles run one after the other, the tiles of a colour in parallel. Tiles of a colour share no
 /// node, so each node gets its contributions in the order of the colours, whatever the threads do.
@@ -53,7 +53,5 @@ private:
 
 extern template class PackedNetworkBody<float, PackedXyzw<float>>;
 extern template class PackedNetworkBody<double, PackedXyzw<double>>;
-extern template class PackedNetworkBody<float, ArrayOfStructs<float>>;
-extern template class PackedNetworkBody<double, ArrayOfStructs<double>>;
 
 } // namespace hybmss

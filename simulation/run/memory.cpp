@@ -94,7 +94,7 @@ double estimated_bytes(const Body& body, const SimulationOptions& options) {
     const double dense = 17 * real * extent.grid_nodes, sparse = 17 * real * extent.lanes + 24 * extent.nodes;
     if (layout == "active-rows") {
         bytes += sparse;
-    } else if (layout == "flat-rows" || layout == "gather-rows") {
+    } else if (layout == "flat-rows") {
         bytes += dense;
     } else if (layout.empty()) {
         bytes += 2 * extent.cells <= extent.grid_nodes ? std::min(sparse, dense) : dense;

@@ -78,8 +78,7 @@ void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
         dynamics);
     if (!can) {
         const std::string layout = std::visit([](const auto& d) { return d.describe().layout; }, dynamics);
-        throw scene_error(scene, "cut[0].at",
-                          "the layout " + layout + " cannot be cut; flat-rows, active-rows and gather-rows can");
+        throw scene_error(scene, "cut[0].at", "the layout " + layout + " cannot be cut; flat-rows and active-rows can");
     }
 }
 

@@ -74,7 +74,6 @@ TEST(ForcesCommand, every_kernel_agrees_with_the_reference) {
     const std::pair<const char*, double> cases[] = {{"", 1e-13},
                                                     {"--kernel flat-rows", 1e-13},
                                                     {"--kernel active-rows", 1e-13},
-                                                    {"--kernel gather-rows", 1e-13},
                                                     {"--kernel network", 1e-13},
                                                     {"--precision float", 2e-5},
                                                     {"--precision float --kernel network", 2e-5}};
@@ -119,7 +118,7 @@ TEST(ForcesCommand, bad_input_is_one_line) {
     expect_bad("x,y,z\n0,a,0\n", "", "u.csv:2: \"a\" is not allowed");
     expect_bad("", "", "u.csv:0: 0 rows; it must be 60");
     expect_bad(good, "--kernel spiral",
-               "--kernel spiral: not known; allowed are flat-rows, active-rows, gather-rows, network, reference");
+               "--kernel spiral: not known; allowed are flat-rows, active-rows, network, reference");
     expect_bad(good, "--kernel reference --precision float", "double only");
 }
 

@@ -174,7 +174,7 @@ TEST(ContactLayouts, all_bounce_alike) {
 
 // What a cut lays bare touches as the surface of a body built without the cells; what has lost all cells does not.
 TEST(ContactLayouts, a_cut_body_touches_with_its_new_surface) {
-    for (const char* layout : {"flat-rows", "active-rows", "gather-rows"}) {
+    for (const char* layout : {"flat-rows", "active-rows"}) {
         PlanOptions options;
         options.layout = layout;
         // Deep in a floor, so that the middle touches too.

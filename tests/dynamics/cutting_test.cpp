@@ -230,7 +230,7 @@ TEST_P(Cutting, of_a_damped_body) {
 std::vector<Case> cases() {
     std::vector<Case> all;
     for (const InstructionSet set : available_instruction_sets()) {
-        for (const char* layout : {"flat-rows", "active-rows", "gather-rows"}) {
+        for (const char* layout : {"flat-rows", "active-rows"}) {
             all.push_back({set, layout});
         }
     }
@@ -322,7 +322,7 @@ TEST(Cut, refuses_what_it_cannot_do) {
         ExplicitDynamics<double> dynamics(lattice, material, options);
         EXPECT_FALSE(dynamics.can_remove_cells());
         EXPECT_EQ(message(std::move(dynamics), lattice, 1),
-                  "layout \"" + layout + "\" cannot be cut while it moves: flat-rows, active-rows and gather-rows can");
+                  "layout \"" + layout + "\" cannot be cut while it moves: flat-rows and active-rows can");
     }
     std::vector<float> scales(60, 1.0f);
     scales[0] = scales[1] = 0;

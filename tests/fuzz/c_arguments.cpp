@@ -51,8 +51,8 @@ hybmss_material Arguments::material() {
 }
 
 hybmss_plan_options Arguments::plan_options() {
-    static constexpr const char* kLayouts[] = {
-        nullptr, "", "flat-rows", "active-rows", "gather-rows", "packed-xyzw", "coloured-soa", "aos", "no such"};
+    static constexpr const char* kLayouts[] = {nullptr,        "",       "flat-rows", "active-rows", "packed-xyzw",
+                                               "coloured-soa", "no such"};
     static constexpr const char* kSets[] = {nullptr, "automatic", "sse2", "avx2", "neon", "no such"};
     hybmss_plan_options options = hybmss_default_plan_options();
     options.layout = kLayouts[below(9)];

@@ -185,7 +185,6 @@ TYPED_TEST(HessianProperties, ThreadsDoNotChangeABit) {
     const Subject subjects[] = {{Lattice::box(20, 20, 32, kCellSize), "flat-rows"},
                                 {Lattice::box(9, 16, 120, kCellSize), "flat-rows"}, // planes normal to y
                                 {Lattice::box(20, 20, 32, kCellSize), "active-rows"},
-                                {Lattice::box(20, 20, 32, kCellSize), "gather-rows"},
                                 {Lattice::box(20, 20, 32, kCellSize), "packed-xyzw"},
                                 {Lattice::box(20, 20, 32, kCellSize), "coloured-soa"}};
     for (const auto& [lattice, layout] : subjects) {

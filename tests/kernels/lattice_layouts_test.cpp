@@ -1,4 +1,4 @@
-// The lattice's layouts against each other, on bodies where their memory differs most.
+// active-rows against flat-rows, on bodies where their memory differs most.
 
 #include "bench/standard_bodies.hpp"
 #include "tests/moving_body.hpp"
@@ -99,12 +99,12 @@ std::vector<T> state_after(const Lattice& lattice, const Material& material, con
 }
 
 template <class T>
-struct LatticeLayouts : ::testing::Test {};
+struct ActiveRowsOfBothTypes : ::testing::Test {};
 using Precisions = ::testing::Types<float, double>;
-TYPED_TEST_SUITE(LatticeLayouts, Precisions);
+TYPED_TEST_SUITE(ActiveRowsOfBothTypes, Precisions);
 
 /// Sums of the same numbers in another order: differences are roundings of the largest, which eight steps carry on.
-TYPED_TEST(LatticeLayouts, MoveAsFlatRowsDo) {
+TYPED_TEST(ActiveRowsOfBothTypes, MoveAsFlatRowsDo) {
     using T = TypeParam;
     for (const Shape& shape : shapes()) {
         for (const Material& material : materials()) {
@@ -113,43 +113,38 @@ TYPED_TEST(LatticeLayouts, MoveAsFlatRowsDo) {
                 options.instruction_set = set;
                 options.layout = "flat-rows";
                 const std::vector<T> expected = state_after<T>(shape.lattice, material, options, 8);
-                for (const char* layout : {"active-rows", "gather-rows"}) {
-                    options.layout = layout;
-                    const std::vector<T> found = state_after<T>(shape.lattice, material, options, 8);
-                    ASSERT_EQ(found.size(), expected.size());
-                    const std::size_t third = found.size() / 3;
-                    for (std::size_t part = 0; part < 3; ++part) {
-                        double most = 0, difference = 0;
-                        for (std::size_t n = part * third; n < (part + 1) * third; ++n) {
-                            most = std::max(most, std::abs(static_cast<double>(expected[n])));
-                            difference = std::max(difference, std::abs(static_cast<double>(found[n] - expected[n])));
-                        }
-                        const double epsilon = static_cast<double>(std::numeric_limits<T>::epsilon());
-                        EXPECT_LE(difference, 100 * epsilon * most)
-                            << shape.name << " " << layout << " " << name(set) << " part " << part;
+                options.layout = "active-rows";
+                const std::vector<T> found = state_after<T>(shape.lattice, material, options, 8);
+                ASSERT_EQ(found.size(), expected.size());
+                const std::size_t third = found.size() / 3;
+                for (std::size_t part = 0; part < 3; ++part) {
+                    double most = 0, difference = 0;
+                    for (std::size_t n = part * third; n < (part + 1) * third; ++n) {
+                        most = std::max(most, std::abs(static_cast<double>(expected[n])));
+                        difference = std::max(difference, std::abs(static_cast<double>(found[n] - expected[n])));
                     }
+                    const double epsilon = static_cast<double>(std::numeric_limits<T>::epsilon());
+                    EXPECT_LE(difference, 100 * epsilon * most) << shape.name << " " << name(set) << " part " << part;
                 }
             }
         }
     }
 }
 
-TYPED_TEST(LatticeLayouts, ThreadsDoNotChangeABit) {
+TYPED_TEST(ActiveRowsOfBothTypes, ThreadsDoNotChangeABit) {
     Material material;
     material.poisson_ratio = 0.4;
     const Lattice ball = hollow_ball(28, 3, kCellSize);
-    for (const char* layout : {"active-rows", "gather-rows"}) {
-        for (const InstructionSet set : available_instruction_sets()) {
-            PlanOptions options;
-            options.layout = layout;
-            options.instruction_set = set;
-            options.threads = 1;
-            const auto one = testing::bits_of(state_after<TypeParam>(ball, material, options, 10));
-            for (const int threads : {2, 3, 8}) {
-                options.threads = threads;
-                EXPECT_EQ(testing::bits_of(state_after<TypeParam>(ball, material, options, 10)), one)
-                    << layout << " " << name(set) << " " << threads;
-            }
+    for (const InstructionSet set : available_instruction_sets()) {
+        PlanOptions options;
+        options.layout = "active-rows";
+        options.instruction_set = set;
+        options.threads = 1;
+        const auto one = testing::bits_of(state_after<TypeParam>(ball, material, options, 10));
+        for (const int threads : {2, 3, 8}) {
+            options.threads = threads;
+            EXPECT_EQ(testing::bits_of(state_after<TypeParam>(ball, material, options, 10)), one)
+                << name(set) << " " << threads;
         }
     }
 }

@@ -57,10 +57,6 @@ TEST(FlatRowsLayout, PlanesWithOtherCellsBesideThemHaveTheirOwn) {
     const LatticeArrays<double> layout = flat_rows<double>(lattice, Material{});
     EXPECT_EQ(planes_held(layout), 6u); // 0, 1 to 3, 4, 5, 6, 7
     expect_stiffness_of(lattice, Material{}, layout);
-
-    const LatticeArrays<double> apart = flat_rows<double>(lattice, Material{}, Ghosts::planes);
-    EXPECT_EQ(planes_held(apart), apart.planes); // neighbours in every direction are read
-    expect_stiffness_of(lattice, Material{}, apart);
 }
 
 TEST(FlatRowsLayout, SharedPlanesTakeTheirMemoryOnce) {

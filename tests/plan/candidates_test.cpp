@@ -105,8 +105,8 @@ TEST(Candidates, TilesAndIntegrationWhereALayoutHasThem) {
     // Forces alone integrate nothing; one tile is one tile, by whatever name.
     EXPECT_EQ(names(2000, Operation::forces),
               (std::vector<std::string>{"flat-rows/threads:1", "flat-rows/threads:1/tile:4096"}));
-    options.layout = "gather-rows";
-    EXPECT_EQ(names(2000, Operation::step), (std::vector<std::string>{"gather-rows/threads:1"}));
+    options.layout = "coloured-soa";
+    EXPECT_EQ(names(2000, Operation::step), (std::vector<std::string>{"coloured-soa/threads:1"}));
     options.layout = "network";
     EXPECT_EQ(names(2000, Operation::step),
               (std::vector<std::string>{"network/threads:1", "network/threads:1/tile:4096"}));

@@ -90,8 +90,7 @@ TEST(ForcePlan, RefusesWhatItCannotDo) {
     PlanOptions options;
     options.layout = "spaghetti";
     EXPECT_EQ(refusal([&] { ForcePlan<double>(lattice, Material{}, options); }),
-              "layout \"spaghetti\" is not known for this body: it must be one of flat-rows, active-rows, gather-rows, "
-              "network");
+              "layout \"spaghetti\" is not known for this body: it must be one of flat-rows, active-rows, network");
     options = {};
     options.threads = -2;
     EXPECT_EQ(refusal([&] { ForcePlan<double>(lattice, Material{}, options); }),

@@ -271,7 +271,7 @@ TEST(Efforts, FusedStepsAreRefusedWhereALayoutHasNone) {
     for (const Effort effort : {Effort::estimate, Effort::measure, Effort::random}) {
         options.effort = effort;
         expect_refusal([&] { ExplicitDynamics<float>(network, options); }, {"integration = fused is not allowed"});
-        options.layout = "gather-rows";
+        options.layout = "packed-xyzw";
         expect_refusal([&] { ExplicitDynamics<float>(lattice, full_material(), options); },
                        {"integration = fused is not allowed"});
         options.layout = "";
