@@ -1,77 +1,52 @@
 #include "hybmss/instruction_set.hpp"
 
-#include "kernels/compiled_kernels.hpp"
+#include "kernels/kernel_table.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 namespace hybmss {
+namespace kernels {
+
+// What table_kernels.cpp defines, in a namespace for each instruction set.
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    namespace set {                                                                                                    \
+    extern const KernelTable<float> float_table;                                                                       \
+    extern const KernelTable<double> double_table;                                                                     \
+    }
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+
+} // namespace kernels
+
 namespace {
 
 struct Entry {
     InstructionSet set;
-    std::string_view name;
     bool (*runs_here)();
-    kernels::KernelTable<float> single;
-    kernels::KernelTable<double> twice;
+    const kernels::KernelTable<float>& float_table;
+    const kernels::KernelTable<double>& double_table;
 };
 
-// The tables of an instruction set for both precisions.
-#define HYBMSS_TABLES(set)                                                                                             \
-    {InstructionSet::set,                                                                                              \
-     &kernels::set::kLatticeFloat,                                                                                     \
-     &kernels::set::kActiveFloat,                                                                                      \
-     &kernels::set::kLatticeHessianFloat,                                                                              \
-     &kernels::set::kSoaFloat,                                                                                         \
-     &kernels::set::kPackedFloat,                                                                                      \
-     &kernels::set::kRunsFloat,                                                                                        \
-     &kernels::set::kSoaHessianFloat,                                                                                  \
-     &kernels::set::kPackedHessianFloat,                                                                               \
-     &kernels::set::kRunsHessianFloat,                                                                                 \
-     &kernels::set::kLatticeEffectsFloat,                                                                              \
-     &kernels::set::kNetworkEffectsFloat},                                                                             \
-    {                                                                                                                  \
-        InstructionSet::set, &kernels::set::kLatticeDouble, &kernels::set::kActiveDouble,                              \
-            &kernels::set::kLatticeHessianDouble, &kernels::set::kSoaDouble, &kernels::set::kPackedDouble,             \
-            &kernels::set::kRunsDouble, &kernels::set::kSoaHessianDouble, &kernels::set::kPackedHessianDouble,         \
-            &kernels::set::kRunsHessianDouble, &kernels::set::kLatticeEffectsDouble,                                   \
-            &kernels::set::kNetworkEffectsDouble                                                                       \
-    }
-
-// Every instruction set that this build has kernels for, weakest first. xsimd's own detection misreads some bits, hence
-// the compiler's.
-const Entry kEntries[] = {
-#if defined(HYBMSS_HAS_SSE2)
-    {InstructionSet::sse2, "sse2", [] { return true; }, HYBMSS_TABLES(sse2)},
-#endif
-#if defined(HYBMSS_HAS_AVX2)
-    {InstructionSet::avx2, "avx2", [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); },
-     HYBMSS_TABLES(avx2)},
-#endif
-#if defined(HYBMSS_HAS_AVX512)
-    {InstructionSet::avx512, "avx512",
-     [] {
-         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
-                __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-                __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
-     },
-     HYBMSS_TABLES(avx512)},
-#endif
-#if defined(HYBMSS_HAS_NEON)
-    {InstructionSet::neon, "neon", [] { return true; }, HYBMSS_TABLES(neon)},
-#endif
+constexpr Entry kEntries[] = {
+#define HYBMSS_BUILT_ONLY
+#define HYBMSS_INSTRUCTION_SET(set, type, ...)                                                                         \
+    {InstructionSet::set, []() -> bool { return __VA_ARGS__; }, kernels::set::float_table, kernels::set::double_table},
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+#undef HYBMSS_BUILT_ONLY
 };
 
-constexpr std::pair<InstructionSet, std::string_view> kNames[] = {{InstructionSet::automatic, "automatic"},
-                                                                  {InstructionSet::sse2, "sse2"},
-                                                                  {InstructionSet::avx2, "avx2"},
-                                                                  {InstructionSet::avx512, "avx512"},
-                                                                  {InstructionSet::neon, "neon"}};
-
-#undef HYBMSS_TABLES
+constexpr std::pair<InstructionSet, std::string_view> kNames[] = {
+    {InstructionSet::automatic, "automatic"},
+#define HYBMSS_INSTRUCTION_SET(set, ...) {InstructionSet::set, #set},
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+};
 
 } // namespace
 
@@ -136,9 +111,9 @@ const KernelTable<T>& kernel_table(InstructionSet set) {
     for (const Entry& entry : kEntries) {
         if (entry.set == set && entry.runs_here()) {
             if constexpr (std::is_same_v<T, float>) {
-                return entry.single;
+                return entry.float_table;
             } else {
-                return entry.twice;
+                return entry.double_table;
             }
         }
     }

@@ -1,30 +1,29 @@
 #pragma once
 
-// One table of kernels for each instruction set and precision; a plan takes its kernels from it once.
+// All kernels of an instruction set, from the list in kernels.inc; a plan takes its kernels from here once.
 
 #include "hybmss/instruction_set.hpp"
-#include "kernels/hessian_kernels.hpp"
-#include "kernels/lattice/lattice_kernels.hpp"
-#include "kernels/network/network_kernels.hpp"
-#include "kernels/spring_effect_kernels.hpp"
+#include "kernels/variants.hpp"
 
 namespace hybmss::kernels {
 
-/// The families of kernels.
+/// The type of each kernel's table of variants, by the kernel's name.
+namespace listed {
+#define HYBMSS_KERNEL(name, proof, ...)                                                                                \
+    template <class T>                                                                                                 \
+    using name = Variants<__VA_ARGS__>;
+#include "kernels/kernels.inc"
+#undef HYBMSS_KERNEL
+} // namespace listed
+
+/// `table.name(choices...)` is the kernel's function for these choices.
 template <class T>
 struct KernelTable {
     InstructionSet instruction_set;
-    const LatticeKernels<T>* lattice; ///< flat-rows
-    const LatticeKernels<T>* active;  ///< active-rows
-    const LatticeHessianKernels<T>* lattice_hessian;
-    const SoaKernels<T>* soa;
-    const PackedKernels<T>* packed;
-    const RunKernels<T>* runs;
-    const SoaHessianKernels<T>* soa_hessian;
-    const PackedHessianKernels<T>* packed_hessian;
-    const RunHessianKernels<T>* runs_hessian;
-    const LatticeEffectKernels<T>* lattice_effects;
-    const NetworkEffectKernels<T>* network_effects;
+    int width; ///< lanes of a vector
+#define HYBMSS_KERNEL(name, ...) const listed::name<T>& name;
+#include "kernels/kernels.inc"
+#undef HYBMSS_KERNEL
 };
 
 /// The table of an available instruction set (not `automatic`).

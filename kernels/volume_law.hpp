@@ -1,5 +1,7 @@
 #pragma once
 
+// The volume energy of a cell, as a function of J - 1.
+
 #include "kernels/arguments.hpp"
 #include "kernels/simd.hpp"
 

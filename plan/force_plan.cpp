@@ -1,6 +1,6 @@
 #include "hybmss/force_plan.hpp"
 
-#include "plan/bodies/largest_eigenvalue.hpp"
+#include "plan/bodies/critical_time_step.hpp"
 #include "plan/tuning/planned_body.hpp"
 
 #include <cmath>

@@ -45,7 +45,7 @@ double FastestTimes::improve(InstructionSet set, Precision precision, Issue issu
 
 const IssueLoops& IssueWorks::choose(InstructionSet set, Precision precision) {
     const LimitLoops& loops = limit_loops(set);
-    return precision == Precision::float32 ? loops.single : loops.twice;
+    return precision == Precision::float32 ? loops.float_loops : loops.double_loops;
 }
 
 Work IssueWorks::work(Issue issue) const {

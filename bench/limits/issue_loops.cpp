@@ -1,21 +1,27 @@
 #include "bench/limits/issue_loops.hpp"
 
+#include <stdexcept>
+
 namespace hybmss::bench {
 
-const LimitLoops& limit_loops(InstructionSet set) {
-#if defined(__x86_64__)
-    switch (set) {
-    case InstructionSet::avx512:
-        return kAvx512Loops;
-    case InstructionSet::avx2:
-        return kAvx2Loops;
-    default:
-        return kSse2Loops;
+#define HYBMSS_BUILT_ONLY
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    namespace set {                                                                                                    \
+    extern const LimitLoops limit_loops;                                                                               \
     }
-#else
-    static_cast<void>(set);
-    return kNeonLoops;
-#endif
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+
+const LimitLoops& limit_loops(InstructionSet wanted) {
+    switch (wanted) {
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    case InstructionSet::set:                                                                                          \
+        return set::limit_loops;
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+    default:
+        throw std::invalid_argument("no loops for the instruction set " + std::string(name(wanted)));
+    }
 }
 
 } // namespace hybmss::bench

@@ -46,14 +46,11 @@ struct StreamLoops {
 /// The loops compiled for one instruction set.
 struct LimitLoops {
     InstructionSet instruction_set;
-    IssueLoops single, twice; ///< float, double
+    IssueLoops float_loops, double_loops;
     StreamLoops stream;
 };
 
 /// The loops of an available instruction set (not `automatic`).
 const LimitLoops& limit_loops(InstructionSet set);
-
-// One a file issue_loops_*.cpp.
-extern const LimitLoops kSse2Loops, kAvx2Loops, kAvx512Loops, kNeonLoops;
 
 } // namespace hybmss::bench

@@ -1,7 +1,7 @@
 // Compiled with bench/counting first on the include path: kernels/simd.hpp is the counting one here.
 #include "bench/limits/operation_count.hpp"
 
-#include "kernels/lattice/lattice_layer_impl.hpp"
+#include "kernels/lattice/lattice_sweep.hpp"
 
 #include <iterator>
 #include <utility>

@@ -1,21 +1,27 @@
 #include "bench/limits/spring_forms.hpp"
 
+#include <stdexcept>
+
 namespace hybmss::bench {
 
-const SpringForms& spring_forms(InstructionSet set) {
-#if defined(__x86_64__)
-    switch (set) {
-    case InstructionSet::avx512:
-        return kAvx512Forms;
-    case InstructionSet::avx2:
-        return kAvx2Forms;
-    default:
-        return kSse2Forms;
+#define HYBMSS_BUILT_ONLY
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    namespace set {                                                                                                    \
+    extern const SpringForms spring_forms;                                                                             \
     }
-#else
-    static_cast<void>(set);
-    return kNeonForms;
-#endif
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+
+const SpringForms& spring_forms(InstructionSet wanted) {
+    switch (wanted) {
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    case InstructionSet::set:                                                                                          \
+        return set::spring_forms;
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+    default:
+        throw std::invalid_argument("no loops for the instruction set " + std::string(name(wanted)));
+    }
 }
 
 } // namespace hybmss::bench

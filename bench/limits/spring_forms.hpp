@@ -52,14 +52,11 @@ using SpringSweep = void (*)(const SpringGrid<T>& grid);
 /// The sweeps of one instruction set; null where it has no estimate of the root, and where the library's level is the
 /// next better one.
 struct SpringForms {
-    SpringSweep<float> single[kStateForms][kRoots];
-    SpringSweep<double> twice[kStateForms][kRoots];
+    SpringSweep<float> float_sweeps[kStateForms][kRoots];
+    SpringSweep<double> double_sweeps[kStateForms][kRoots];
 };
 
 /// The sweeps of an available instruction set (not `automatic`).
 const SpringForms& spring_forms(InstructionSet set);
-
-// One a file spring_forms_*.cpp.
-extern const SpringForms kSse2Forms, kAvx2Forms, kAvx512Forms, kNeonForms;
 
 } // namespace hybmss::bench

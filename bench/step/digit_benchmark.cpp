@@ -29,9 +29,9 @@ template <class T>
 SpringSweep<T> sweep_of(InstructionSet set, StateForm form, Root root) {
     const SpringForms& forms = spring_forms(set);
     if constexpr (std::is_same_v<T, float>) {
-        return forms.single[static_cast<int>(form)][static_cast<int>(root)];
+        return forms.float_sweeps[static_cast<int>(form)][static_cast<int>(root)];
     } else {
-        return forms.twice[static_cast<int>(form)][static_cast<int>(root)];
+        return forms.double_sweeps[static_cast<int>(form)][static_cast<int>(root)];
     }
 }
 

@@ -1,61 +1,12 @@
 #pragma once
 
-#include "kernels/arguments.hpp"
-#include "kernels/simd.hpp"
+// A vector of lattice cells: its springs and its volume.
+
 #include "kernels/spring_law.hpp"
 #include "kernels/volume_law.hpp"
 
 namespace hybmss::kernels {
 namespace {
-
-/// x, y, z of one vector of nodes or differences.
-template <class V>
-struct Vector3 {
-    V x, y, z;
-};
-
-template <class V>
-HYBMSS_INLINE Vector3<V> operator-(const Vector3<V>& a, const Vector3<V>& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-template <class V>
-HYBMSS_INLINE Vector3<V> operator+(const Vector3<V>& a, const Vector3<V>& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-template <class V>
-HYBMSS_INLINE Vector3<V> multiply_add(V scale, const Vector3<V>& a, const Vector3<V>& b) {
-    return {multiply_add(scale, a.x, b.x), multiply_add(scale, a.y, b.y), multiply_add(scale, a.z, b.z)};
-}
-template <class V>
-HYBMSS_INLINE Vector3<V> subtract_product(V scale, const Vector3<V>& a, const Vector3<V>& b) {
-    return {subtract_product(scale, a.x, b.x), subtract_product(scale, a.y, b.y), subtract_product(scale, a.z, b.z)};
-}
-template <class V>
-HYBMSS_INLINE Vector3<V> scaled(V scale, const Vector3<V>& a) {
-    return {scale * a.x, scale * a.y, scale * a.z};
-}
-template <class V>
-HYBMSS_INLINE Vector3<V> cross(const Vector3<V>& a, const Vector3<V>& b) {
-    return {multiply_subtract(a.y, b.z, a.z * b.y), multiply_subtract(a.z, b.x, a.x * b.z),
-            multiply_subtract(a.x, b.y, a.y * b.x)};
-}
-/// -scale a - b
-template <class V>
-HYBMSS_INLINE Vector3<V> minus_product_minus(V scale, const Vector3<V>& a, const Vector3<V>& b) {
-    return {minus_product_minus(scale, a.x, b.x), minus_product_minus(scale, a.y, b.y),
-            minus_product_minus(scale, a.z, b.z)};
-}
-/// v + a x b
-template <class V>
-HYBMSS_INLINE Vector3<V> add_cross(const Vector3<V>& a, const Vector3<V>& b, const Vector3<V>& v) {
-    return {multiply_add(a.y, b.z, subtract_product(a.z, b.y, v.x)),
-            multiply_add(a.z, b.x, subtract_product(a.x, b.z, v.y)),
-            multiply_add(a.x, b.y, subtract_product(a.y, b.x, v.z))};
-}
-template <class V>
-HYBMSS_INLINE V dot(const Vector3<V>& a, const Vector3<V>& b) {
-    return multiply_add(a.z, b.z, multiply_add(a.y, b.y, a.x * b.x));
-}
 
 /// v + the compile-time number.
 template <int number, class V>

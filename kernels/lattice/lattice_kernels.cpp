@@ -1,28 +1,34 @@
 // Compiled once for each instruction set.
-#include "kernels/compiled_kernels.hpp"
 #include "kernels/compiled_set.hpp"
-#include "kernels/lattice/lattice_layer_impl.hpp"
-#include "kernels/lattice/lattice_table.hpp"
+#include "kernels/lattice/lattice_sweep.hpp"
 
 namespace hybmss::kernels {
 namespace {
 
-template <class V>
-struct FlatSweep {
-    using Kernel = typename LatticeKernels<Scalar<V>>::Layer;
-    template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish>
-    static constexpr Kernel layer = lattice_layer<face_diagonals, volume, accuracy, finish, V>;
-    template <bool face_diagonals, Accuracy accuracy, Finish finish>
-    static constexpr Kernel top = lattice_top<face_diagonals, accuracy, finish, V>;
-    template <bool face_diagonals, Volume volume, bool top>
-    static constexpr typename LatticeKernels<Scalar<V>>::Energy energy = lattice_energy<face_diagonals, volume, top, V>;
-};
+/// Finishes a plane of nodes whose force is the sum of `partial` and `above` (two slabs meet there).
+template <Finish finish, class V>
+void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + load_force<V>(layer.above, n));
+    }
+}
+
+/// Integrates a plane of nodes by the forces in `partial`, after all planes have theirs.
+template <bool driven, class V>
+void lattice_integrate(const LatticeLayer<Scalar<V>>& layer) {
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        integrate_nodes<driven>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n,
+                                load_force<V>(layer.partial, n));
+    }
+}
 
 } // namespace
 
-constinit const LatticeKernels<float> HYBMSS_KERNEL_SET::kLatticeFloat =
-    lattice_table<FlatSweep<FloatBatch>, FloatBatch>();
-constinit const LatticeKernels<double> HYBMSS_KERNEL_SET::kLatticeDouble =
-    lattice_table<FlatSweep<DoubleBatch>, DoubleBatch>();
+HYBMSS_DEFINE_KERNEL(lattice_layer);
+HYBMSS_DEFINE_KERNEL(lattice_top);
+HYBMSS_DEFINE_KERNEL(lattice_join);
+HYBMSS_DEFINE_KERNEL(lattice_integrate);
+HYBMSS_DEFINE_KERNEL(lattice_energy);
+HYBMSS_DEFINE_KERNEL(lattice_top_energy);
 
 } // namespace hybmss::kernels

@@ -1,6 +1,7 @@
 #pragma once
 
-// What a sweep does with one vector of lattice cells, wherever its rows lie: the body of every layout's loop.
+// The sweep over a lattice: what it does with one vector of cells, wherever its rows lie, and the loops of the layouts
+// flat-rows (lattice_) and active-rows (active_).
 
 #include "kernels/lattice/lattice_cell.hpp"
 
@@ -259,23 +260,6 @@ HYBMSS_INLINE void sweep_top(const LatticeLayer<Scalar<V>>& layer, const CellRow
     finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
 }
 
-/// Finishes a plane of nodes whose force is the sum of `partial` and `above` (two slabs meet there).
-template <Finish finish, class V>
-void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + load_force<V>(layer.above, n));
-    }
-}
-
-/// Integrates a plane of nodes by the forces in `partial`, after all planes have theirs.
-template <bool driven, class V>
-void integrate_plane(const LatticeLayer<Scalar<V>>& layer) {
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-        integrate_nodes<driven>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n,
-                                load_force<V>(layer.partial, n));
-    }
-}
-
 /// The energy of a vector of cells and of the springs that start at its nodes; with `top` of the topmost plane's
 /// springs.
 template <bool face_diagonals, Volume volume, bool top, class V>
@@ -301,6 +285,118 @@ HYBMSS_INLINE void add_energy(const LatticeLayer<Scalar<V>>& layer, const CellRo
         }
     }
     energy.springs += sum_in_double(springs);
+}
+
+// ---- flat-rows: rows, and the planes above, lie at fixed distances
+
+template <class Layer>
+HYBMSS_INLINE CellRows rows_at(const Layer& layer, std::ptrdiff_t n) {
+    return {n, n + layer.row, n, n + layer.row};
+}
+
+/// One layer of cells: adds to `partial`, finishes its nodes, sets `above`.
+///
+/// A node is used only by cells at or before it, so the nodes of a vector are finished, and may be integrated in place,
+/// as soon as the sweep has passed.
+template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
+void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
+    const V zero = splat<V>(0);
+    for (std::ptrdiff_t n = 0; n < layer.row; n += kWidth<V>) {
+        store_force<V>(layer.above, n, {zero, zero, zero});
+    }
+    // Behind what the cells set.
+    for (std::ptrdiff_t n = layer.cell_lanes + layer.row; n < layer.lanes; n += kWidth<V>) {
+        store_force<V>(layer.above, n, {zero, zero, zero});
+    }
+    auto carry = no_carry<V>();
+    std::ptrdiff_t n = 0;
+    for (; n < layer.cell_lanes; n += kWidth<V>) {
+        sweep_cells<face_diagonals, volume, accuracy, finish, true, V>(layer, rows_at(layer, n), carry);
+    }
+    // In the last row cells are void, and so are the springs across it.
+    for (; n < layer.lanes; n += kWidth<V>) {
+        sweep_last_row<face_diagonals, accuracy, finish, V>(layer, rows_at(layer, n), carry);
+    }
+}
+
+/// The topmost node plane, above which there are no cells; `above` is not touched.
+template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+void lattice_top(const LatticeLayer<Scalar<V>>& layer) {
+    auto carry = no_carry<V>();
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        sweep_top<face_diagonals, accuracy, finish, V>(layer, rows_at(layer, n), carry);
+    }
+}
+
+/// The energy of a layer's cells and of the springs that start at its nodes.
+template <bool face_diagonals, Volume volume, class V>
+LayerEnergy lattice_energy(const LatticeLayer<Scalar<V>>& layer) {
+    LayerEnergy energy{0, 0};
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        add_energy<face_diagonals, volume, false, V>(layer, rows_at(layer, n), energy);
+    }
+    return energy;
+}
+/// The energy of the topmost plane's springs.
+template <bool face_diagonals, class V>
+LayerEnergy lattice_top_energy(const LatticeLayer<Scalar<V>>& layer) {
+    LayerEnergy energy{0, 0};
+    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
+        add_energy<face_diagonals, Volume::none, true, V>(layer, rows_at(layer, n), energy);
+    }
+    return energy;
+}
+
+// ---- active-rows: a plane holds those vectors of its rows that the body has nodes in, and lists where their
+// neighbours lie
+
+/// Vector v lies at (v + 1) widths: the first one of a plane is void, the neighbour of all that have none.
+template <class V, class Layer>
+HYBMSS_INLINE CellRows listed_rows(const Layer& layer, std::ptrdiff_t n) {
+    const VectorNeighbors& neighbors = layer.neighbors[n / kWidth<V> - 1];
+    return {n, neighbors.low_y, neighbors.high, neighbors.high_y};
+}
+
+/// One layer of cells: adds to `partial`, finishes its nodes, sets `above`.
+///
+/// The forces that leave a vector at its end reach the next one in the list. Where that is no neighbour, the last cell
+/// is void: a filled one has nodes in both.
+template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
+void active_layer(const LatticeLayer<Scalar<V>>& layer) {
+    const V zero = splat<V>(0);
+    for (std::ptrdiff_t n = 0; n < layer.upper_lanes; n += kWidth<V>) {
+        store_force<V>(layer.above, n, {zero, zero, zero});
+    }
+    auto carry = no_carry<V>();
+    for (std::ptrdiff_t n = kWidth<V>; n < layer.lanes; n += kWidth<V>) {
+        sweep_cells<face_diagonals, volume, accuracy, finish, false, V>(layer, listed_rows<V>(layer, n), carry);
+    }
+}
+
+/// The topmost node plane, above which there are no cells; `above` is not touched.
+template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+void active_top(const LatticeLayer<Scalar<V>>& layer) {
+    auto carry = no_carry<V>();
+    for (std::ptrdiff_t n = kWidth<V>; n < layer.lanes; n += kWidth<V>) {
+        sweep_top<face_diagonals, accuracy, finish, V>(layer, listed_rows<V>(layer, n), carry);
+    }
+}
+
+template <bool face_diagonals, Volume volume, class V>
+LayerEnergy active_energy(const LatticeLayer<Scalar<V>>& layer) {
+    LayerEnergy energy{0, 0};
+    for (std::ptrdiff_t n = kWidth<V>; n < layer.lanes; n += kWidth<V>) {
+        add_energy<face_diagonals, volume, false, V>(layer, listed_rows<V>(layer, n), energy);
+    }
+    return energy;
+}
+template <bool face_diagonals, class V>
+LayerEnergy active_top_energy(const LatticeLayer<Scalar<V>>& layer) {
+    LayerEnergy energy{0, 0};
+    for (std::ptrdiff_t n = kWidth<V>; n < layer.lanes; n += kWidth<V>) {
+        add_energy<face_diagonals, Volume::none, true, V>(layer, listed_rows<V>(layer, n), energy);
+    }
+    return energy;
 }
 
 } // namespace

@@ -1,22 +1,119 @@
-// Compiled once for each instruction set.
-#include "kernels/compiled_kernels.hpp"
+// Compiled once for each instruction set: second derivatives of a network as structure of arrays, and passes by other
+// laws of the springs.
 #include "kernels/compiled_set.hpp"
-#include "kernels/network/network_hessian_impl.hpp"
+#include "kernels/network/network_hessian.hpp"
+#include "kernels/network/soa.hpp"
+#include "kernels/volume_law.hpp"
 
 namespace hybmss::kernels {
 namespace {
 
+/// product_b += H (p_b - p_a), or what another law says, product_a -= the same, for the springs of [begin, end), one
+/// colour.
+template <SpringLaw law, Accuracy accuracy, class V>
+void soa_spring_product(const NetworkSprings<Scalar<V>>& springs, const HessianArrays<Scalar<V>>& nodes,
+                        std::ptrdiff_t begin, std::ptrdiff_t end) {
+    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
+        Vector3<V> rest, du;
+        const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
+        const std::int32_t *a = springs.a + i, *b = springs.b + i;
+        Vector3<V> p = rest + du;
+        if constexpr (law != SpringLaw::stiffening) {
+            p = gather_vector<V>(nodes.direction, b) - gather_vector<V>(nodes.direction, a);
+        }
+        const Vector3<V> change =
+            law_product<law>(load_lanes<V>(springs.stiffness + i), s, one_minus_rsqrt<accuracy>(s),
+                             load_lanes<V>(springs.inverse_length2 + i), rest + du, p, nodes.stiffening);
+        scatter_vector(gather_vector<V>(nodes.product, a) - change, nodes.product, a);
+        scatter_vector(gather_vector<V>(nodes.product, b) + change, nodes.product, b);
+    }
+}
+
+/// Adds kappa [ phi''/V0 (grad V' . p) grad V' + phi' (hess V') p ] of the cells of one colour.
+template <Volume volume, class V>
+void soa_cell_product(const NetworkCells<Scalar<V>>& cells, const HessianArrays<Scalar<V>>& nodes, std::ptrdiff_t begin,
+                      std::ptrdiff_t end) {
+    using T = Scalar<V>;
+    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
+        const HexahedronVolume<V> cell = hexahedron_volume<V>(cells, nodes.displacement, i);
+        const VolumeDerivatives<V> phi = volume_derivatives<volume>(cell.dilation);
+        const V scale = load_lanes<V>(cells.kappa + i) * splat<V>(T(0.25));
+        Vector3<V> p[3], change[3];
+        mean_edges(cells, nodes.direction, i, p);
+        cofactor_products(cell, p, scale * phi.curvature * load_lanes<V>(cells.inverse_volume + i), scale * phi.slope,
+                          change);
+        const Vector3<V> plus = change[0] + change[1], minus = change[0] - change[1];
+        // On the corners 7, 6, 5, 4; those on 0, 1, 2, 3 are opposite.
+        const Vector3<V> high_change[4] = {plus + change[2], change[2] - minus, minus + change[2], change[2] - plus};
+        for (int corner = 0; corner < 4; ++corner) {
+            const std::int32_t *low = cells.node[corner] + i, *high = cells.node[7 - corner] + i;
+            scatter_vector(gather_vector<V>(nodes.product, low) - high_change[corner], nodes.product, low);
+            scatter_vector(gather_vector<V>(nodes.product, high) + high_change[corner], nodes.product, high);
+        }
+    }
+}
+
+template <class V, class T>
+HYBMSS_INLINE void add_blocks(const Symmetric3<V>& h, const DiagonalBlocks<T>& blocks, const std::int32_t* index) {
+    for (int e = 0; e < kBlockEntries; ++e) {
+        scatter_lanes(gather_lanes<V>(blocks.entry[e], index) + h.entry[e], blocks.entry[e], index);
+    }
+}
+
+/// Adds H to the blocks of both ends of the springs of [begin, end), one colour.
+template <SpringLaw law, Accuracy accuracy, class V>
+void soa_spring_diagonal(const NetworkSprings<Scalar<V>>& springs, const HessianArrays<Scalar<V>>& nodes,
+                         const DiagonalBlocks<Scalar<V>>& blocks, std::ptrdiff_t begin, std::ptrdiff_t end) {
+    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
+        Vector3<V> rest, du;
+        const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
+        const Symmetric3<V> h =
+            law_block<law>(load_lanes<V>(springs.stiffness + i), s, one_minus_rsqrt<accuracy>(s),
+                           load_lanes<V>(springs.inverse_length2 + i), rest + du, blocks.stiffening);
+        add_blocks(h, blocks, springs.a + i);
+        add_blocks(h, blocks, springs.b + i);
+    }
+}
+
+/// Adds kappa phi''/V0 (grad V')(grad V')^T, corner by corner; the second derivative of V' with respect to one corner
+/// is zero.
+template <Volume volume, class V>
+void soa_cell_diagonal(const NetworkCells<Scalar<V>>& cells, const HessianArrays<Scalar<V>>& nodes,
+                       const DiagonalBlocks<Scalar<V>>& blocks, std::ptrdiff_t begin, std::ptrdiff_t end) {
+    using T = Scalar<V>;
+    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
+        const HexahedronVolume<V> cell = hexahedron_volume<V>(cells, nodes.displacement, i);
+        const V scale = load_lanes<V>(cells.kappa + i) * volume_derivatives<volume>(cell.dilation).curvature *
+                        load_lanes<V>(cells.inverse_volume + i) * splat<V>(T(1.0 / 16.0));
+        const Vector3<V> plus = cell.bc + cell.ca, minus = cell.bc - cell.ca;
+        const Vector3<V> gradient[4] = {plus + cell.ab, cell.ab - minus, minus + cell.ab, cell.ab - plus};
+        for (int corner = 0; corner < 4; ++corner) {
+            const Symmetric3<V> h = rank_one(splat<V>(0), scale, gradient[corner]);
+            add_blocks(h, blocks, cells.node[corner] + i);
+            add_blocks(h, blocks, cells.node[7 - corner] + i);
+        }
+    }
+}
+
 template <class V>
-constexpr SoaHessianKernels<Scalar<V>> soa_hessian_kernels() {
-    return {{network_spring_product<Accuracy::accurate, V>, network_spring_product<Accuracy::exact, V>},
-            {nullptr, network_cell_product<Volume::quadratic, V>, network_cell_product<Volume::mean_stretch, V>},
-            {network_spring_diagonal<Accuracy::accurate, V>, network_spring_diagonal<Accuracy::exact, V>},
-            {nullptr, network_cell_diagonal<Volume::quadratic, V>, network_cell_diagonal<Volume::mean_stretch, V>}};
+double soa_stiffening_energy(const NetworkSprings<Scalar<V>>& springs, const HessianArrays<Scalar<V>>& nodes,
+                             std::ptrdiff_t begin, std::ptrdiff_t end) {
+    double energy = 0;
+    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
+        Vector3<V> rest, du;
+        const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
+        const V scale = divide(load_lanes<V>(springs.stiffness + i), load_lanes<V>(springs.inverse_length2 + i));
+        energy += sum_in_double(scale * stiffening_energy(s, nodes.stiffening));
+    }
+    return energy;
 }
 
 } // namespace
 
-constinit const SoaHessianKernels<float> HYBMSS_KERNEL_SET::kSoaHessianFloat = soa_hessian_kernels<FloatBatch>();
-constinit const SoaHessianKernels<double> HYBMSS_KERNEL_SET::kSoaHessianDouble = soa_hessian_kernels<DoubleBatch>();
+HYBMSS_DEFINE_KERNEL(soa_spring_product);
+HYBMSS_DEFINE_KERNEL(soa_cell_product);
+HYBMSS_DEFINE_KERNEL(soa_spring_diagonal);
+HYBMSS_DEFINE_KERNEL(soa_cell_diagonal);
+HYBMSS_DEFINE_KERNEL(soa_stiffening_energy);
 
 } // namespace hybmss::kernels

@@ -293,9 +293,9 @@ void Body<T>::add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, dou
     const std::size_t size = velocity[0].size(), components = array_count<T>(velocity);
     const std::size_t pieces = (size + kElements - 1) / kElements;
     const auto sums = std::make_shared<std::vector<double>>(taken ? components * pieces : 0);
-    stages.push_back({components * pieces, [=, &velocity, &product, kick = kernel_table().network_effects->kick,
-                                            inverse_mass = inverse_masses().data(),
-                                            factor = static_cast<T>(time_step)](std::size_t i, std::size_t) {
+    stages.push_back({components * pieces,
+                      [=, &velocity, &product, kick = kernel_table().kick(), inverse_mass = inverse_masses().data(),
+                       factor = static_cast<T>(time_step)](std::size_t i, std::size_t) {
                           const std::size_t c = i / pieces, begin = i % pieces * kElements;
                           const double out = kick(velocity[c].data(), product[c].data(), inverse_mass, factor,
                                                   static_cast<std::ptrdiff_t>(begin),

@@ -3,7 +3,6 @@
 #include "layouts/lattice/active_rows.hpp"
 #include "layouts/lattice/flat_rows.hpp"
 #include "plan/bodies/critical_time_step.hpp"
-#include "plan/bodies/lattice_energy.hpp"
 #include "plan/bodies/plan_description.hpp"
 
 #include <algorithm>
@@ -63,10 +62,9 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
     : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count(), options.task_runner),
                       options.task_runner)),
       name_(layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
-      kernels_(layout == kActiveRows ? table_->active : table_->lattice),
-      layout_(layout == kActiveRows ? active_rows<T>(lattice, material, kernels_->width)
+      layout_(layout == kActiveRows ? active_rows<T>(lattice, material, table_->width)
                                     : flat_rows<T>(lattice, material)),
-      material_(material), face_diagonals_(material.face_diagonal_ratio > 0),
+      material_(material), active_(layout == kActiveRows), face_diagonals_(material.face_diagonal_ratio > 0),
       volume_(kernel_volume(resolved_volume_energy(material))), accuracy_(options.accuracy),
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.tile_nodes)),
       split_(options.integration == Integration::split), frequencies_(lattice_frequencies(lattice, material)),
@@ -130,8 +128,8 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     const bool lowest = slab == 0, highest = slab + 1 == slabs();
     AlignedArray<T>* const joins = state.buffers.data();
     AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
-    const auto& layers = kernels_->layer[face_diagonals_][static_cast<int>(volume_)][static_cast<int>(accuracy_)];
-    const auto& tops = kernels_->top[face_diagonals_][static_cast<int>(accuracy_)];
+    const auto& layers = active_ ? table_->active_layer : table_->lattice_layer;
+    const auto& tops = active_ ? table_->active_top : table_->lattice_top;
 
     Layer layer = layer_at(state, first);
     layer.step = step;
@@ -154,7 +152,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
             point_to(layer.above, own + 3 * ((k + 1 - first) % 2));
         }
         const bool joined = k == first && !lowest;
-        layers[static_cast<int>(joined ? Finish::store : finish)](layer);
+        layers(face_diagonals_, volume_, accuracy_, joined ? Finish::store : finish)(layer);
         if (joined && meetings.second_at(slab - 1)) {
             join(state, slab - 1, finish, step);
         }
@@ -165,7 +163,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
         layer = next;
     }
     if (highest) {
-        tops[static_cast<int>(finish)](layer);
+        tops(face_diagonals_, accuracy_, finish)(layer);
     } else if (meetings.second_at(slab)) {
         join(state, slab, finish, step);
     }
@@ -181,7 +179,7 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
         point_to(layer.partial, state.buffers.data() + 6 * join);
     }
     point_to(layer.above, state.buffers.data() + 6 * join + 3);
-    kernels_->join[static_cast<int>(finish)](layer);
+    table_->lattice_join(finish)(layer);
 }
 
 template <class T>
@@ -209,12 +207,19 @@ std::vector<Stage> LatticeBody<T>::force_stages(State<T>& state) const {
 
 template <class T>
 PotentialEnergy LatticeBody<T>::energy(State<T>& state) const {
-    const auto& kernel = kernels_->energy[face_diagonals_][static_cast<int>(volume_)];
+    const auto energy = (active_ ? table_->active_energy : table_->lattice_energy)(face_diagonals_, volume_);
+    const auto top = (active_ ? table_->active_top_energy : table_->lattice_top_energy)(face_diagonals_);
     std::vector<kernels::LayerEnergy> layers(layout_.planes);
     this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
-        layers[k] = kernel[k + 1 == layout_.planes](layer_at(state, k));
+        layers[k] = (k + 1 == layout_.planes ? top : energy)(layer_at(state, k));
     });
-    return sum_of_layers(layers, layout_.cell_size);
+    // Stiffness is k h and lengths are u / h, so sums are energies divided by h.
+    PotentialEnergy sum;
+    for (const kernels::LayerEnergy& layer : layers) {
+        sum.springs += layout_.cell_size * layer.springs;
+        sum.volume += 32 * layout_.cell_size * layer.volume;
+    }
+    return sum;
 }
 
 template <class T>
@@ -229,7 +234,7 @@ StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& para
 template <class T>
 Stage LatticeBody<T>::integration(State<T>& state, const StepParameters& parameters) const {
     const StepConstants<T> constants = constants_along_axes(parameters);
-    const auto integrate = kernels_->integrate[is_driven(parameters)];
+    const auto integrate = table_->lattice_integrate(is_driven(parameters));
     return {layout_.planes, [this, &state, constants, integrate](std::size_t k, std::size_t) {
                 Layer plane = layer_at(state, k);
                 point_to(plane.partial, state.force, layout_.axes, layout_.begin[k]);
@@ -250,12 +255,40 @@ std::vector<Stage> LatticeBody<T>::step_stages(State<T>& state, const StepParame
 }
 
 template <class T>
+std::size_t LatticeBody<T>::springs_from(std::size_t index) const {
+    std::size_t springs = 0;
+    for (std::size_t kind = 0; kind < 7; ++kind) {
+        const AlignedArray<T>& stiffness = layout_.stiffness[kind];
+        if (stiffness.size() > 0 && stiffness[index] > 0) {
+            springs += kind < 3 ? 1u : kind < 6 ? 2u : 4u;
+        }
+    }
+    return springs;
+}
+
+template <class T>
+void LatticeBody<T>::take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) {
+    layout_.separate_planes();
+    const CellShares shares(cut, material_, layout_.axes);
+    for (const CutNode& node : nodes) {
+        const std::size_t index = index_of(node.node);
+        const std::array<std::size_t, 3> along = {node.place[layout_.axes[0]], node.place[layout_.axes[1]],
+                                                  node.place[layout_.axes[2]]};
+        const CellShares::Node now = shares.at(along);
+        springs_ -= springs_from(index);
+        layout_.set_node(index, index, now, shares);
+        springs_ += springs_from(index);
+        layout_.masses[node.node] = shares.mass(now.cells);
+    }
+    cells_ -= removed;
+}
+
+template <class T>
 PlanDescription LatticeBody<T>::describe() const {
     PlanDescription d;
     d.instruction_set = table_->instruction_set;
     d.layout = name_;
-    d.kernel =
-        (name_ == kActiveRows ? "active_layer" : "lattice_layer") + kernel_variant(face_diagonals_, volume_, accuracy_);
+    d.kernel = (active_ ? "active_layer" : "lattice_layer") + kernel_variant(face_diagonals_, volume_, accuracy_);
     d.precision = precision_name<T>();
     d.threads = this->workers().threads();
     d.nodes = layout_.masses.size();

@@ -67,30 +67,32 @@ private:
     void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
                     const kernels::StepConstants<T>& step, Meetings& meetings) const;
 
-    /// What a sweep of second derivatives, or by another law of the springs, is made with.
+    /// What a sweep of second derivatives, or by another law of the springs, sums up.
     struct HessianSweep {
-        const kernels::LatticeHessianKernels<T>* kernels;
-        kernels::Volume volume;
+        kernels::LatticeSum sum;
         kernels::StiffeningConstants<T> stiffening;
     };
-    HessianSweep elastic() const { return {table_->lattice_hessian, volume_, {}}; }
-    HessianSweep sweep_of(const SpringPass<T>& pass) const;
+    HessianSweep elastic() const { return {{kernels::SpringLaw::elastic, volume_}, {}}; }
+    static HessianSweep sweep_of(const SpringPass<T>& pass) {
+        return {{pass.law, kernels::Volume::none}, pass.stiffening};
+    }
     /// Layer k without the arrays for sums; `direction`: null where none is needed.
     template <int components>
     kernels::LatticeHessianLayer<T, components> hessian_layer(State<T>& state, std::size_t k,
                                                               const NodeField<T>* direction) const;
     /// `sums`: the arrays that the sweep sets. The state and the fields must outlive the stages.
     template <int components>
-    std::vector<Stage> hessian_stages(State<T>& state, const kernels::LatticeHessianSweep<T, components>& kernels,
-                                      const HessianSweep& sweep, const NodeField<T>* direction,
-                                      const std::type_identity_t<std::array<T*, components>>& sums) const;
+    std::vector<Stage> hessian_stages(State<T>& state, const HessianSweep& sweep, const NodeField<T>* direction,
+                                      const std::array<T*, components>& sums) const;
+    std::vector<Stage> product_stages(State<T>& state, const HessianSweep& sweep, const NodeField<T>* direction,
+                                      NodeField<T>& product) const;
     void run_diagonal(State<T>& state, const HessianSweep& sweep, AlignedArray<T> (&blocks)[6]) const;
 
     std::string name_; ///< of the layout
     const kernels::KernelTable<T>* table_;
-    const kernels::LatticeKernels<T>* kernels_;
     LatticeArrays<T> layout_;
     Material material_;
+    bool active_; ///< in active-rows
     bool face_diagonals_;
     kernels::Volume volume_;
     Accuracy accuracy_;

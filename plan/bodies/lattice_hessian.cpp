@@ -10,6 +10,25 @@ namespace {
 constexpr std::size_t kEntry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 constexpr std::size_t kEntryAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 
+/// The kernels of a sweep that makes three values a node, a product, or six, a diagonal.
+template <class T, int components>
+struct SweepKernels {
+    void (*layer)(const kernels::LatticeHessianLayer<T, components>&);
+    void (*top)(const kernels::LatticeHessianLayer<T, components>&);
+    void (*join)(const kernels::LatticeHessianLayer<T, components>&);
+};
+template <int components, class T>
+SweepKernels<T, components> sweep_kernels(const kernels::KernelTable<T>& table, bool face_diagonals,
+                                          const kernels::LatticeSum& sum, Accuracy accuracy) {
+    if constexpr (components == 3) {
+        return {table.lattice_product(face_diagonals, sum, accuracy),
+                table.lattice_top_product(face_diagonals, sum.law, accuracy), table.lattice_join_product()};
+    } else {
+        return {table.lattice_diagonal(face_diagonals, sum, accuracy),
+                table.lattice_top_diagonal(face_diagonals, sum.law, accuracy), table.lattice_join_diagonal()};
+    }
+}
+
 } // namespace
 
 template <class T>
@@ -38,10 +57,9 @@ kernels::LatticeHessianLayer<T, components> LatticeBody<T>::hessian_layer(State<
 /// As LatticeBody::sweep with Finish::store: slabs side by side, and the planes where they meet.
 template <class T>
 template <int components>
-std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
-                                                  const kernels::LatticeHessianSweep<T, components>& kernels,
-                                                  const HessianSweep& sweep, const NodeField<T>* direction,
-                                                  const std::type_identity_t<std::array<T*, components>>& sums) const {
+std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const HessianSweep& sweep,
+                                                  const NodeField<T>* direction,
+                                                  const std::array<T*, components>& sums) const {
     const auto layer_at = [this, &state, sweep, direction, sums](std::size_t k) {
         kernels::LatticeHessianLayer<T, components> layer = hessian_layer<components>(state, k, direction);
         for (std::size_t c = 0; c < components; ++c) {
@@ -57,14 +75,11 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
             layer.above[c] = state.buffers[6 * join + c].data();
         }
     };
-    const auto layer_kernel =
-        kernels.layer[face_diagonals_][static_cast<int>(sweep.volume)][kernels::tangent_index(accuracy_)];
-    const auto top_kernel = kernels.top[face_diagonals_][kernels::tangent_index(accuracy_)];
-
-    const auto join = [=, this, join_kernel = kernels.join](std::size_t j) {
+    const auto kernels = sweep_kernels<components>(*table_, face_diagonals_, sweep.sum, accuracy_);
+    const auto join = [=, this](std::size_t j) {
         auto layer = layer_at(slab_begin_[j + 1]);
         use_join_buffer(layer, j);
-        join_kernel(layer);
+        kernels.join(layer);
     };
     const auto meetings = std::make_shared<Meetings>(slabs() - 1);
     const auto sweep_slab = [=, this](std::size_t slab, std::size_t) {
@@ -77,13 +92,13 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
             if (k + 1 == end && slab + 1 < slabs()) {
                 use_join_buffer(layer, slab);
             }
-            layer_kernel(layer);
+            kernels.layer(layer);
             if (k == first && slab > 0 && meetings->second_at(slab - 1)) {
                 join(slab - 1);
             }
         }
         if (slab + 1 == slabs()) {
-            top_kernel(layer_at(end));
+            kernels.top(layer_at(end));
         } else if (meetings->second_at(slab)) {
             join(slab);
         }
@@ -92,25 +107,23 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state,
 }
 
 template <class T>
-auto LatticeBody<T>::sweep_of(const SpringPass<T>& pass) const -> HessianSweep {
-    return {&table_->lattice_effects->law[kernels::effect_index(pass.law)], kernels::Volume::none, pass.stiffening};
+std::vector<Stage> LatticeBody<T>::product_stages(State<T>& state, const HessianSweep& sweep,
+                                                  const NodeField<T>* direction, NodeField<T>& product) const {
+    return hessian_stages<3>(
+        state, sweep, direction,
+        {product[layout_.axes[0]].data(), product[layout_.axes[1]].data(), product[layout_.axes[2]].data()});
 }
 
 template <class T>
 void LatticeBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
     this->allocate_like(state.displacement, product);
-    const std::array<T*, 3> sums = {product[layout_.axes[0]].data(), product[layout_.axes[1]].data(),
-                                    product[layout_.axes[2]].data()};
-    this->workers().run(hessian_stages(state, elastic().kernels->product, elastic(), &direction, sums), 1);
+    this->workers().run(product_stages(state, elastic(), &direction, product), 1);
 }
 
 template <class T>
 std::vector<Stage> LatticeBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
                                                  const NodeField<T>* direction, NodeField<T>& product) const {
-    const HessianSweep sweep = sweep_of(pass);
-    const std::array<T*, 3> sums = {product[layout_.axes[0]].data(), product[layout_.axes[1]].data(),
-                                    product[layout_.axes[2]].data()};
-    return hessian_stages(state, sweep.kernels->product, sweep, direction, sums);
+    return product_stages(state, sweep_of(pass), direction, product);
 }
 
 template <class T>
@@ -123,7 +136,7 @@ void LatticeBody<T>::run_diagonal(State<T>& state, const HessianSweep& sweep, Al
         }
         sums[e] = entry.data();
     }
-    this->workers().run(hessian_stages(state, sweep.kernels->diagonal, sweep, nullptr, sums), 1);
+    this->workers().run(hessian_stages<6>(state, sweep, nullptr, sums), 1);
 }
 
 template <class T>
@@ -138,11 +151,13 @@ void LatticeBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
 
 template <class T>
 double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const {
+    const auto energy = table_->lattice_stiffening_energy(face_diagonals_);
+    const auto top = table_->lattice_top_stiffening_energy(face_diagonals_);
     std::vector<double> layers(layout_.planes);
     this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
         kernels::LatticeHessianLayer<T, 3> layer = hessian_layer<3>(state, k, nullptr);
         layer.stiffening = constants;
-        layers[k] = table_->lattice_effects->stiffening_energy[face_diagonals_][k + 1 == layout_.planes](layer);
+        layers[k] = (k + 1 == layout_.planes ? top : energy)(layer);
     });
     double sum = 0;
     for (double layer : layers) {
@@ -151,24 +166,18 @@ double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
     return sum * layout_.cell_size;
 }
 
-template void LatticeBody<float>::hessian_product(State<float>&, const NodeField<float>&, NodeField<float>&) const;
-template void LatticeBody<double>::hessian_product(State<double>&, const NodeField<double>&, NodeField<double>&) const;
-template void LatticeBody<float>::hessian_diagonal(State<float>&, AlignedArray<float> (&)[6]) const;
-template void LatticeBody<double>::hessian_diagonal(State<double>&, AlignedArray<double> (&)[6]) const;
-template std::vector<Stage> LatticeBody<float>::spring_stages(State<float>&, const SpringPass<float>&,
-                                                              const NodeField<float>*, NodeField<float>&) const;
-template std::vector<Stage> LatticeBody<double>::spring_stages(State<double>&, const SpringPass<double>&,
-                                                               const NodeField<double>*, NodeField<double>&) const;
-template void LatticeBody<float>::spring_diagonal(State<float>&, const SpringPass<float>&,
-                                                  AlignedArray<float> (&)[6]) const;
-template void LatticeBody<double>::spring_diagonal(State<double>&, const SpringPass<double>&,
-                                                   AlignedArray<double> (&)[6]) const;
-template double LatticeBody<float>::stiffening_energy(State<float>&, const kernels::StiffeningConstants<float>&) const;
-template double LatticeBody<double>::stiffening_energy(State<double>&,
-                                                       const kernels::StiffeningConstants<double>&) const;
-template void LatticeBody<float>::run_diagonal(State<float>&, const HessianSweep&, AlignedArray<float> (&)[6]) const;
-template auto LatticeBody<float>::sweep_of(const SpringPass<float>&) const -> HessianSweep;
-template void LatticeBody<double>::run_diagonal(State<double>&, const HessianSweep&, AlignedArray<double> (&)[6]) const;
-template auto LatticeBody<double>::sweep_of(const SpringPass<double>&) const -> HessianSweep;
+#define HYBMSS_INSTANTIATE(T)                                                                                          \
+    template void LatticeBody<T>::hessian_product(State<T>&, const NodeField<T>&, NodeField<T>&) const;                \
+    template void LatticeBody<T>::hessian_diagonal(State<T>&, AlignedArray<T>(&)[6]) const;                            \
+    template std::vector<Stage> LatticeBody<T>::spring_stages(State<T>&, const SpringPass<T>&, const NodeField<T>*,    \
+                                                              NodeField<T>&) const;                                    \
+    template void LatticeBody<T>::spring_diagonal(State<T>&, const SpringPass<T>&, AlignedArray<T>(&)[6]) const;       \
+    template double LatticeBody<T>::stiffening_energy(State<T>&, const kernels::StiffeningConstants<T>&) const;        \
+    template std::vector<Stage> LatticeBody<T>::product_stages(State<T>&, const HessianSweep&, const NodeField<T>*,    \
+                                                               NodeField<T>&) const;                                   \
+    template void LatticeBody<T>::run_diagonal(State<T>&, const HessianSweep&, AlignedArray<T>(&)[6]) const;
+
+HYBMSS_INSTANTIATE(float)
+HYBMSS_INSTANTIATE(double)
 
 } // namespace hybmss

@@ -36,7 +36,7 @@ void require_fusing(const PlanOptions& options, const std::string& layout) {
 template <class T>
 std::unique_ptr<Body<T>> network_body(const Network& network, const PlanOptions& options, const std::string& layout) {
     if (layout.empty() || layout == kPackedXyzw) {
-        return std::make_unique<PackedNetworkBody<T, PackedXyzw<T>>>(network, options);
+        return std::make_unique<PackedNetworkBody<T>>(network, options);
     }
     if (layout == kColouredSoa) {
         return std::make_unique<NetworkBody<T>>(network, options);

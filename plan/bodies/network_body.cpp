@@ -107,10 +107,11 @@ std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& node
     std::vector<Stage> stages;
     append_colors(
         layout_.springs.color_begin,
-        [kernel = table_->soa->springs[static_cast<int>(accuracy_)], springs = spring_arrays(),
-         nodes](auto begin, auto end) { kernel(springs, nodes, begin, end); },
+        [kernel = table_->soa_springs(accuracy_), springs = spring_arrays(), nodes](auto begin, auto end) {
+            kernel(springs, nodes, begin, end);
+        },
         stages);
-    if (const auto kernel = table_->soa->cells[static_cast<int>(volume_)]) {
+    if (const auto kernel = table_->soa_cells(volume_)) {
         append_colors(
             layout_.cells.color_begin,
             [kernel, cells = cell_arrays(), nodes](auto begin, auto end) { kernel(cells, nodes, begin, end); }, stages);
@@ -143,13 +144,13 @@ PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
     const auto springs = spring_arrays();
     PotentialEnergy energy;
     energy.springs = sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return table_->soa->spring_energy(springs, nodes, begin, end);
+        return table_->soa_spring_energy()(springs, nodes, begin, end);
     });
     if (volume_ != kernels::Volume::none) {
         const auto cells = cell_arrays();
         energy.volume =
             sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                return table_->soa->cell_energy[static_cast<int>(volume_)](cells, nodes, begin, end);
+                return table_->soa_cell_energy(volume_)(cells, nodes, begin, end);
             });
     }
     return energy;
@@ -165,9 +166,8 @@ kernels::HessianArrays<T> NetworkBody<T>::hessian_arrays(const State<T>& state) 
 }
 
 template <class T>
-std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
-                                                  const SpringPass<T>& pass, const NodeField<T>* direction,
-                                                  NodeField<T>& product) const {
+std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const SpringPass<T>& pass,
+                                                  const NodeField<T>* direction, NodeField<T>& product) const {
     auto nodes = hessian_arrays(state);
     for (std::size_t c = 0; c < 3; ++c) {
         nodes.direction[c] = direction ? (*direction)[c].data() : nullptr;
@@ -177,10 +177,10 @@ std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const kernels
     std::vector<Stage> stages;
     append_colors(
         layout_.springs.color_begin,
-        [spring_product = kernels.spring_product[kernels::tangent_index(accuracy_)], springs = spring_arrays(),
+        [spring_product = table_->soa_spring_product(pass.law, accuracy_), springs = spring_arrays(),
          nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
         stages);
-    if (const auto cell_product = kernels.cell_product[static_cast<int>(volume_)]) {
+    if (const auto cell_product = table_->soa_cell_product(volume_in(pass))) {
         append_colors(
             layout_.cells.color_begin,
             [cell_product, cells = cell_arrays(), nodes](auto begin, auto end) {
@@ -197,20 +197,17 @@ void NetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direct
     for (auto& component : product) {
         std::fill_n(component.data(), component.size(), T(0));
     }
-    const SpringPass<T> elastic{kernels::SpringLaw::elastic};
-    this->workers().run(product_stages(state, *table_->soa_hessian, elastic, &direction, product), 1);
+    this->workers().run(product_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
 }
 
 template <class T>
 std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
                                                  const NodeField<T>* direction, NodeField<T>& product) const {
-    return product_stages(state, table_->network_effects->soa[kernels::effect_index(pass.law)], pass, direction,
-                          product);
+    return product_stages(state, pass, direction, product);
 }
 
 template <class T>
-void NetworkBody<T>::run_diagonal(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
-                                  const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
+void NetworkBody<T>::run_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     this->clear_blocks(layout_.size(), blocks);
     const auto nodes = hessian_arrays(state);
     kernels::DiagonalBlocks<T> sums{};
@@ -219,14 +216,12 @@ void NetworkBody<T>::run_diagonal(State<T>& state, const kernels::SoaHessianKern
     }
     sums.stiffening = pass.stiffening;
     std::vector<Stage> stages;
-    const auto springs = spring_arrays();
     append_colors(
         layout_.springs.color_begin,
-        [&](auto begin, auto end) {
-            kernels.spring_diagonal[kernels::tangent_index(accuracy_)](springs, nodes, sums, begin, end);
-        },
+        [spring_diagonal = table_->soa_spring_diagonal(pass.law, accuracy_), springs = spring_arrays(), nodes,
+         sums](auto begin, auto end) { spring_diagonal(springs, nodes, sums, begin, end); },
         stages);
-    if (const auto cell_diagonal = kernels.cell_diagonal[static_cast<int>(volume_)]) {
+    if (const auto cell_diagonal = table_->soa_cell_diagonal(volume_in(pass))) {
         append_colors(
             layout_.cells.color_begin,
             [cell_diagonal, cells = cell_arrays(), nodes, sums](auto begin, auto end) {
@@ -239,12 +234,12 @@ void NetworkBody<T>::run_diagonal(State<T>& state, const kernels::SoaHessianKern
 
 template <class T>
 void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, *table_->soa_hessian, {kernels::SpringLaw::elastic}, blocks);
+    run_diagonal(state, {kernels::SpringLaw::elastic}, blocks);
 }
 
 template <class T>
 void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, table_->network_effects->soa[kernels::effect_index(pass.law)], pass, blocks);
+    run_diagonal(state, pass, blocks);
 }
 
 template <class T>
@@ -253,7 +248,7 @@ double NetworkBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
     nodes.stiffening = constants;
     const auto springs = spring_arrays();
     return sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return table_->network_effects->soa_energy(springs, nodes, begin, end);
+        return table_->soa_stiffening_energy()(springs, nodes, begin, end);
     });
 }
 
@@ -266,7 +261,7 @@ std::vector<Stage> NetworkBody<T>::step_stages(State<T>& state, const StepParame
     const auto nodes = node_arrays(state);
     std::vector<Stage> stages = accumulate(nodes);
     stages.push_back(in_pieces(0, layout_.size(),
-                               [integrate = table_->soa->integrate[driven], constants, nodes](auto begin, auto end) {
+                               [integrate = table_->soa_integrate(driven), constants, nodes](auto begin, auto end) {
                                    integrate(nodes, constants, begin, end);
                                }));
     return stages;

@@ -40,12 +40,14 @@ private:
     kernels::NodeArrays<T> node_arrays(State<T>& state) const;
     /// Without direction and product.
     kernels::HessianArrays<T> hessian_arrays(const State<T>& state) const;
-    /// What adds a product to an array that is zero, by these kernels.
-    std::vector<Stage> product_stages(State<T>& state, const kernels::SoaHessianKernels<T>& kernels,
-                                      const SpringPass<T>& pass, const NodeField<T>* direction,
+    /// What adds a product to an array that is zero: by the elastic law with that of the cells.
+    std::vector<Stage> product_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                       NodeField<T>& product) const;
-    void run_diagonal(State<T>& state, const kernels::SoaHessianKernels<T>& kernels, const SpringPass<T>& pass,
-                      AlignedArray<T> (&blocks)[6]) const;
+    void run_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const;
+    /// Of which cells a pass takes account.
+    kernels::Volume volume_in(const SpringPass<T>& pass) const {
+        return pass.law == kernels::SpringLaw::elastic ? volume_ : kernels::Volume::none;
+    }
     void allocate_forces(State<T>& state) const;
     /// What adds all forces to arrays that are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;

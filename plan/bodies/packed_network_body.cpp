@@ -8,7 +8,7 @@
 namespace hybmss {
 namespace {
 
-std::ptrdiff_t signed_index(std::size_t i) {
+std::ptrdiff_t at(std::size_t i) {
     return static_cast<std::ptrdiff_t>(i);
 }
 
@@ -24,21 +24,31 @@ std::vector<Stage> tile_stages(const Layout& layout, const Visit& visit) {
     return stages;
 }
 
+/// The sum of energy(first, last) over pieces of a range. A tile may be the whole body, and one long sum, even in
+/// double, loses more digits than its terms do.
+template <class Energy>
+double sum_over_pieces(std::size_t begin, std::size_t end, const Energy& energy) {
+    constexpr std::size_t kPiece = 2048;
+    double sum = 0;
+    for (std::size_t first = begin; first < end; first += kPiece) {
+        sum += energy(at(first), at(std::min(first + kPiece, end)));
+    }
+    return sum;
+}
+
 } // namespace
 
-template <class T, class Layout>
-PackedNetworkBody<T, Layout>::PackedNetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(std::min(useful_threads(options.threads, network.masses.size(), options.task_runner),
-                               NetworkTiles<Layout>::kMostThreads),
-                      options.task_runner)),
-      choice_{&kernels::kernel_table<T>(resolve(options.instruction_set)), options.accuracy,
-              network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)},
-      layout_(NetworkTiles<Layout>::layout(network, *choice_.table, options.tile_nodes)), run_{0, 0,
-                                                                                               layout_.node_count},
+template <class T>
+PackedNetworkBody<T>::PackedNetworkBody(const Network& network, const PlanOptions& options)
+    : Body<T>(
+          Workers(useful_threads(options.threads, network.masses.size(), options.task_runner), options.task_runner)),
+      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), accuracy_(options.accuracy),
+      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
+      layout_(network, table_->width, options.tile_nodes), run_{0, 0, layout_.node_count},
       frequencies_(network_frequencies(network)) {}
 
-template <class T, class Layout>
-State<T> PackedNetworkBody<T, Layout>::make_state(bool moving) const {
+template <class T>
+State<T> PackedNetworkBody<T>::make_state(bool moving) const {
     State<T> state;
     state.displacement[0] = AlignedArray<T>(4 * layout_.size());
     if (moving) {
@@ -47,13 +57,13 @@ State<T> PackedNetworkBody<T, Layout>::make_state(bool moving) const {
     return state;
 }
 
-template <class T, class Layout>
-kernels::PackedNodes<T> PackedNetworkBody<T, Layout>::packed_nodes(State<T>& state) const {
+template <class T>
+kernels::PackedNodes<T> PackedNetworkBody<T>::packed_nodes(State<T>& state) const {
     return {state.displacement[0].data(), state.velocity[0].data(), state.force[0].data(), layout_.inverse_mass.data()};
 }
 
-template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::clear_forces(State<T>& state) const {
+template <class T>
+void PackedNetworkBody<T>::clear_forces(State<T>& state) const {
     if (state.force[0].size() == 0) {
         state.force[0] = AlignedArray<T>(4 * layout_.size());
     } else {
@@ -61,28 +71,105 @@ void PackedNetworkBody<T, Layout>::clear_forces(State<T>& state) const {
     }
 }
 
-template <class T, class Layout>
-std::vector<Stage> PackedNetworkBody<T, Layout>::accumulate(const kernels::PackedNodes<T>& nodes) const {
-    return tile_stages(layout_, [=, this](const NetworkTile& tile) {
-        NetworkTiles<Layout>::add_forces(layout_, choice_, tile, nodes);
-    });
+template <class T>
+kernels::SpringRuns<T> PackedNetworkBody<T>::spring_runs() const {
+    return {layout_.spring_runs.data(), layout_.spring_run_shapes.data(), layout_.stiffnesses.data()};
+}
+template <class T>
+kernels::CellRuns<T> PackedNetworkBody<T>::cell_runs() const {
+    return {layout_.cell_runs.data(), layout_.cell_run_shapes.data(), layout_.kappas.data()};
 }
 
-template <class T, class Layout>
-std::vector<Stage> PackedNetworkBody<T, Layout>::force_stages(State<T>& state) const {
+template <class T>
+void PackedNetworkBody<T>::add_forces(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const {
+    table_->run_springs(accuracy_)(spring_runs(), nodes, at(tile.spring_run_begin), at(tile.spring_run_end));
+    if (const auto cells = table_->run_cells(volume_)) {
+        cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    table_->packed_springs(accuracy_)(layout_.springs.data(), nodes, at(tile.spring_begin), at(tile.spring_end));
+    if (const auto cells = table_->packed_cells(volume_)) {
+        cells(layout_.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
+    }
+}
+
+template <class T>
+PotentialEnergy PackedNetworkBody<T>::energy(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const {
+    PotentialEnergy energy;
+    energy.springs = sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
+        return table_->packed_spring_energy()(layout_.springs.data(), nodes, begin, end);
+    });
+    energy.springs +=
+        table_->run_spring_energy()(spring_runs(), nodes, at(tile.spring_run_begin), at(tile.spring_run_end));
+    if (const auto cells = table_->packed_cell_energy(volume_)) {
+        energy.volume = sum_over_pieces(tile.cell_begin, tile.cell_end, [&](auto begin, auto end) {
+            return cells(layout_.cells.data(), nodes, begin, end);
+        });
+    }
+    if (const auto cells = table_->run_cell_energy(volume_)) {
+        energy.volume += cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    return energy;
+}
+
+template <class T>
+double PackedNetworkBody<T>::stiffening_energy(const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const {
+    const double runs = sum_over_pieces(tile.spring_run_begin, tile.spring_run_end, [&](auto begin, auto end) {
+        return table_->run_stiffening_energy()(spring_runs(), nodes, begin, end);
+    });
+    return runs + sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
+               return table_->packed_stiffening_energy()(layout_.springs.data(), nodes, begin, end);
+           });
+}
+
+template <class T>
+void PackedNetworkBody<T>::add_products(const SpringPass<T>& pass, const NetworkTile& tile,
+                                        const kernels::PackedHessian<T>& nodes) const {
+    table_->run_spring_product(pass.law, accuracy_)(spring_runs(), nodes, at(tile.spring_run_begin),
+                                                    at(tile.spring_run_end));
+    if (const auto cells = table_->run_cell_product(volume_in(pass))) {
+        cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    table_->packed_spring_product(pass.law, accuracy_)(layout_.springs.data(), nodes, at(tile.spring_begin),
+                                                       at(tile.spring_end));
+    if (const auto cells = table_->packed_cell_product(volume_in(pass))) {
+        cells(layout_.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
+    }
+}
+
+template <class T>
+void PackedNetworkBody<T>::add_diagonals(const SpringPass<T>& pass, const NetworkTile& tile, const T* displacement,
+                                         const kernels::DiagonalBlocks<T>& sums) const {
+    table_->run_spring_diagonal(pass.law, accuracy_)(spring_runs(), displacement, sums, at(tile.spring_run_begin),
+                                                     at(tile.spring_run_end));
+    if (const auto cells = table_->run_cell_diagonal(volume_in(pass))) {
+        cells(cell_runs(), displacement, sums, at(tile.cell_run_begin), at(tile.cell_run_end));
+    }
+    table_->packed_spring_diagonal(pass.law, accuracy_)(layout_.springs.data(), displacement, sums,
+                                                        at(tile.spring_begin), at(tile.spring_end));
+    if (const auto cells = table_->packed_cell_diagonal(volume_in(pass))) {
+        cells(layout_.cells.data(), displacement, sums, at(tile.cell_begin), at(tile.cell_end));
+    }
+}
+
+template <class T>
+std::vector<Stage> PackedNetworkBody<T>::accumulate(const kernels::PackedNodes<T>& nodes) const {
+    return tile_stages(layout_, [=, this](const NetworkTile& tile) { add_forces(tile, nodes); });
+}
+
+template <class T>
+std::vector<Stage> PackedNetworkBody<T>::force_stages(State<T>& state) const {
     this->allocate_like(state.displacement, state.force);
     std::vector<Stage> stages = accumulate(packed_nodes(state));
     stages.insert(stages.begin(), this->clear_stage(state.force));
     return stages;
 }
 
-template <class T, class Layout>
-PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
+template <class T>
+PotentialEnergy PackedNetworkBody<T>::energy(State<T>& state) const {
     const auto nodes = packed_nodes(state);
     std::vector<PotentialEnergy> energies(layout_.tiles.size());
-    this->workers().run(layout_.tiles.size(), [&](std::size_t t, std::size_t) {
-        energies[t] = NetworkTiles<Layout>::energy(layout_, choice_, layout_.tiles[t], nodes);
-    });
+    this->workers().run(layout_.tiles.size(),
+                        [&](std::size_t t, std::size_t) { energies[t] = energy(layout_.tiles[t], nodes); });
     PotentialEnergy sum;
     for (const PotentialEnergy& e : energies) {
         sum.springs += e.springs;
@@ -91,38 +178,31 @@ PotentialEnergy PackedNetworkBody<T, Layout>::energy(State<T>& state) const {
     return sum;
 }
 
-template <class T, class Layout>
-std::vector<Stage> PackedNetworkBody<T, Layout>::product_stages(State<T>& state, const PackedNetworkHessian<T>& kernels,
-                                                                const SpringPass<T>& pass,
-                                                                const NodeField<T>* direction,
-                                                                NodeField<T>& product) const {
+template <class T>
+std::vector<Stage> PackedNetworkBody<T>::product_stages(State<T>& state, const SpringPass<T>& pass,
+                                                        const NodeField<T>* direction, NodeField<T>& product) const {
     const kernels::PackedHessian<T> nodes{state.displacement[0].data(), direction ? (*direction)[0].data() : nullptr,
                                           product[0].data(), pass.stiffening};
-    return tile_stages(layout_, [=, this](const NetworkTile& tile) {
-        NetworkTiles<Layout>::add_products(layout_, choice_, kernels, tile, nodes);
-    });
+    return tile_stages(layout_, [=, this](const NetworkTile& tile) { add_products(pass, tile, nodes); });
 }
 
-template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::hessian_product(State<T>& state, const NodeField<T>& direction,
-                                                   NodeField<T>& product) const {
+template <class T>
+void PackedNetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction,
+                                           NodeField<T>& product) const {
     this->allocate_like(state.displacement, product);
     std::fill_n(product[0].data(), product[0].size(), T(0));
-    this->workers().run(product_stages(state, PackedNetworkHessian<T>::elastic(*choice_.table),
-                                       {kernels::SpringLaw::elastic}, &direction, product),
-                        1);
+    this->workers().run(product_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
 }
 
-template <class T, class Layout>
-std::vector<Stage> PackedNetworkBody<T, Layout>::spring_stages(State<T>& state, const SpringPass<T>& pass,
-                                                               const NodeField<T>* direction,
-                                                               NodeField<T>& product) const {
-    return product_stages(state, PackedNetworkHessian<T>::of(*choice_.table, pass.law), pass, direction, product);
+template <class T>
+std::vector<Stage> PackedNetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
+                                                       const NodeField<T>* direction, NodeField<T>& product) const {
+    return product_stages(state, pass, direction, product);
 }
 
-template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::run_diagonal(State<T>& state, const PackedNetworkHessian<T>& kernels,
-                                                const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
+template <class T>
+void PackedNetworkBody<T>::run_diagonal(State<T>& state, const SpringPass<T>& pass,
+                                        AlignedArray<T> (&blocks)[6]) const {
     this->clear_blocks(layout_.size(), blocks);
     kernels::DiagonalBlocks<T> sums{};
     for (std::size_t e = 0; e < 6; ++e) {
@@ -130,31 +210,29 @@ void PackedNetworkBody<T, Layout>::run_diagonal(State<T>& state, const PackedNet
     }
     sums.stiffening = pass.stiffening;
     const T* const displacement = state.displacement[0].data();
-    const auto stages = tile_stages(layout_, [&](const NetworkTile& tile) {
-        NetworkTiles<Layout>::add_diagonals(layout_, choice_, kernels, tile, displacement, sums);
-    });
+    const auto stages =
+        tile_stages(layout_, [&](const NetworkTile& tile) { add_diagonals(pass, tile, displacement, sums); });
     this->workers().run(stages, 1);
 }
 
-template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, PackedNetworkHessian<T>::elastic(*choice_.table), {kernels::SpringLaw::elastic}, blocks);
+template <class T>
+void PackedNetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, {kernels::SpringLaw::elastic}, blocks);
 }
 
-template <class T, class Layout>
-void PackedNetworkBody<T, Layout>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
-                                                   AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, PackedNetworkHessian<T>::of(*choice_.table, pass.law), pass, blocks);
+template <class T>
+void PackedNetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
+                                           AlignedArray<T> (&blocks)[6]) const {
+    run_diagonal(state, pass, blocks);
 }
 
-template <class T, class Layout>
-double PackedNetworkBody<T, Layout>::stiffening_energy(State<T>& state,
-                                                       const kernels::StiffeningConstants<T>& constants) const {
+template <class T>
+double PackedNetworkBody<T>::stiffening_energy(State<T>& state,
+                                               const kernels::StiffeningConstants<T>& constants) const {
     const kernels::PackedHessian<T> nodes{state.displacement[0].data(), nullptr, nullptr, constants};
     std::vector<double> energies(layout_.tiles.size());
-    this->workers().run(layout_.tiles.size(), [&](std::size_t t, std::size_t) {
-        energies[t] = NetworkTiles<Layout>::stiffening_energy(layout_, choice_, layout_.tiles[t], nodes);
-    });
+    this->workers().run(layout_.tiles.size(),
+                        [&](std::size_t t, std::size_t) { energies[t] = stiffening_energy(layout_.tiles[t], nodes); });
     double sum = 0;
     for (double energy : energies) {
         sum += energy;
@@ -162,10 +240,10 @@ double PackedNetworkBody<T, Layout>::stiffening_energy(State<T>& state,
     return sum;
 }
 
-template <class T, class Layout>
-std::vector<Stage> PackedNetworkBody<T, Layout>::step_stages(State<T>& state, const StepParameters& parameters) const {
+template <class T>
+std::vector<Stage> PackedNetworkBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
-    const auto integrate = NetworkTiles<Layout>::kernels(*choice_.table).integrate[is_driven(parameters)];
+    const auto integrate = table_->packed_integrate(is_driven(parameters));
     // The integrating kernel leaves the forces zero for the next step.
     clear_forces(state);
     const auto nodes = packed_nodes(state);
@@ -173,22 +251,20 @@ std::vector<Stage> PackedNetworkBody<T, Layout>::step_stages(State<T>& state, co
     std::vector<Stage> stages = accumulate(nodes);
     stages.push_back(
         {(layout_.size() + kPiece - 1) / kPiece, [this, integrate, nodes, constants](std::size_t piece, std::size_t) {
-             integrate(nodes, constants, signed_index(piece * kPiece),
-                       signed_index(std::min((piece + 1) * kPiece, layout_.size())));
+             integrate(nodes, constants, at(piece * kPiece), at(std::min((piece + 1) * kPiece, layout_.size())));
          }});
     return stages;
 }
 
-template <class T, class Layout>
-PlanDescription PackedNetworkBody<T, Layout>::describe() const {
+template <class T>
+PlanDescription PackedNetworkBody<T>::describe() const {
     PlanDescription d;
-    const std::string prefix = NetworkTiles<Layout>::kKernels;
-    d.instruction_set = choice_.table->instruction_set;
-    d.layout = NetworkTiles<Layout>::kLayout;
-    d.kernel = prefix + "_springs<" + std::string(name(choice_.accuracy)) + ">";
-    if (choice_.volume != kernels::Volume::none) {
-        d.kernel += " + " + prefix + "_cells<" +
-                    (choice_.volume == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
+    d.instruction_set = table_->instruction_set;
+    d.layout = "packed-xyzw";
+    d.kernel = std::string("packed_springs<") + std::string(name(accuracy_)) + ">";
+    if (volume_ != kernels::Volume::none) {
+        d.kernel += std::string(" + packed_cells<") +
+                    (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
     }
     d.precision = precision_name<T>();
     d.threads = this->workers().threads();
@@ -200,7 +276,7 @@ PlanDescription PackedNetworkBody<T, Layout>::describe() const {
     return d;
 }
 
-template class PackedNetworkBody<float, PackedXyzw<float>>;
-template class PackedNetworkBody<double, PackedXyzw<double>>;
+template class PackedNetworkBody<float>;
+template class PackedNetworkBody<double>;
 
 } // namespace hybmss

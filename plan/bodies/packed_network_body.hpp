@@ -1,6 +1,7 @@
 #pragma once
 
-#include "plan/bodies/network_tiles.hpp"
+#include "layouts/network/packed_xyzw.hpp"
+#include "plan/bodies/body.hpp"
 
 namespace hybmss {
 
@@ -8,7 +9,7 @@ namespace hybmss {
 ///
 /// The colours of its tiles run one after the other, the tiles of a colour in parallel. Tiles of a colour share no
 /// node, so each node gets its contributions in the order of the colours, whatever the threads do.
-template <class T, class Layout>
+template <class T>
 class PackedNetworkBody final : public Body<T> {
 public:
     PackedNetworkBody(const Network& network, const PlanOptions& options);
@@ -31,27 +32,40 @@ public:
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
     double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
-    const kernels::KernelTable<T>& kernel_table() const override { return *choice_.table; }
+    const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
     std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
-    std::vector<Stage> product_stages(State<T>& state, const PackedNetworkHessian<T>& kernels,
-                                      const SpringPass<T>& pass, const NodeField<T>* direction,
+    std::vector<Stage> product_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                       NodeField<T>& product) const;
-    void run_diagonal(State<T>& state, const PackedNetworkHessian<T>& kernels, const SpringPass<T>& pass,
-                      AlignedArray<T> (&blocks)[6]) const;
+    void run_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const;
+    kernels::SpringRuns<T> spring_runs() const;
+    kernels::CellRuns<T> cell_runs() const;
+    void add_forces(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const;
+    PotentialEnergy energy(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const;
+    double stiffening_energy(const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const;
+    /// By the elastic law with the products, or blocks, of the cells.
+    void add_products(const SpringPass<T>& pass, const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const;
+    void add_diagonals(const SpringPass<T>& pass, const NetworkTile& tile, const T* displacement,
+                       const kernels::DiagonalBlocks<T>& sums) const;
+    /// Of which cells a pass takes account.
+    kernels::Volume volume_in(const SpringPass<T>& pass) const {
+        return pass.law == kernels::SpringLaw::elastic ? volume_ : kernels::Volume::none;
+    }
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
     void clear_forces(State<T>& state) const;
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 
-    NetworkKernelChoice<T> choice_;
-    Layout layout_;
+    const kernels::KernelTable<T>* table_;
+    Accuracy accuracy_;
+    kernels::Volume volume_;
+    PackedXyzw<T> layout_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order
     FrequencyBounds frequencies_;
 };
 
-extern template class PackedNetworkBody<float, PackedXyzw<float>>;
-extern template class PackedNetworkBody<double, PackedXyzw<double>>;
+extern template class PackedNetworkBody<float>;
+extern template class PackedNetworkBody<double>;
 
 } // namespace hybmss

@@ -43,7 +43,4 @@ struct SimdProbe {
     void (*mean_stretch_energy)(const T* j, T* out);
 };
 
-extern const SimdProbe<float> kSse2FloatProbe, kAvx2FloatProbe, kAvx512FloatProbe, kNeonFloatProbe;
-extern const SimdProbe<double> kSse2DoubleProbe, kAvx2DoubleProbe, kAvx512DoubleProbe, kNeonDoubleProbe;
-
 } // namespace hybmss::testing

@@ -4,12 +4,24 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <type_traits>
 #include <vector>
 
 namespace hybmss::testing {
+
+#define HYBMSS_BUILT_ONLY
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    namespace set {                                                                                                    \
+    extern const SimdProbe<float> float_probe;                                                                         \
+    extern const SimdProbe<double> double_probe;                                                                       \
+    }
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+
 namespace {
 
 constexpr int kMaxWidth = 16;
@@ -17,28 +29,22 @@ constexpr int kMaxWidth = 16;
 template <class T>
 std::vector<const SimdProbe<T>*> probes() {
     std::vector<const SimdProbe<T>*> all;
-    for (InstructionSet set : available_instruction_sets()) {
-        const SimdProbe<T>* found = nullptr;
-#if defined(__x86_64__)
-        if constexpr (std::is_same_v<T, float>) {
-            found = set == InstructionSet::sse2   ? &kSse2FloatProbe
-                    : set == InstructionSet::avx2 ? &kAvx2FloatProbe
-                                                  : &kAvx512FloatProbe;
-        } else {
-            found = set == InstructionSet::sse2   ? &kSse2DoubleProbe
-                    : set == InstructionSet::avx2 ? &kAvx2DoubleProbe
-                                                  : &kAvx512DoubleProbe;
+    const auto add = [&](InstructionSet set, const SimdProbe<float>& float_probe,
+                         const SimdProbe<double>& double_probe) {
+        const std::vector<InstructionSet> here = available_instruction_sets();
+        if (std::find(here.begin(), here.end(), set) == here.end()) {
+            return;
         }
-#else
         if constexpr (std::is_same_v<T, float>) {
-            found = &kNeonFloatProbe;
+            all.push_back(&float_probe);
         } else {
-            found = &kNeonDoubleProbe;
+            all.push_back(&double_probe);
         }
-#endif
-        EXPECT_EQ(found->instruction_set, set);
-        all.push_back(found);
-    }
+        EXPECT_EQ(all.back()->instruction_set, set);
+    };
+#define HYBMSS_INSTRUCTION_SET(set, ...) add(InstructionSet::set, set::float_probe, set::double_probe);
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
     return all;
 }
 

@@ -49,8 +49,8 @@ void check(const SpringSweep<T> (&forms)[kStateForms][kRoots]) {
 TEST(SpringForms, keep_the_digits_that_are_documented) {
     for (const InstructionSet set : available_instruction_sets()) {
         SCOPED_TRACE(name(set));
-        check(spring_forms(set).single);
-        check(spring_forms(set).twice);
+        check(spring_forms(set).float_sweeps);
+        check(spring_forms(set).double_sweeps);
     }
 }
 

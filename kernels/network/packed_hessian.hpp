@@ -1,10 +1,9 @@
 #pragma once
 
-#include "kernels/network/network_hessian_cell.hpp"
-#include "kernels/network/network_packed_impl.hpp"
-#include "kernels/spring_hessian.hpp"
+// Second derivatives of a network whose nodes are packed, x y z 0, and passes by other laws of the springs.
 
-// Second derivatives of a network whose nodes are packed, x y z 0.
+#include "kernels/network/network_hessian.hpp"
+#include "kernels/network/packed.hpp"
 
 namespace hybmss::kernels {
 namespace {
@@ -44,7 +43,7 @@ HYBMSS_INLINE void add_block_products(const SpringBlock<Scalar<V>>* block, int l
 
 /// product_b += H (p_b - p_a), or what another law says, product_a -= the same, for the springs of blocks in which no
 /// node occurs twice.
-template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
+template <SpringLaw law, Accuracy accuracy, class V>
 void packed_spring_product(const SpringBlock<Scalar<V>>* blocks, const PackedHessian<Scalar<V>>& nodes,
                            std::ptrdiff_t begin, std::ptrdiff_t end) {
     constexpr int kCount = Traits<V>::kAvx512 ? 4 : 2;
@@ -112,7 +111,7 @@ HYBMSS_INLINE void add_packed_blocks(const Symmetric3<V>& h, const DiagonalBlock
 }
 
 /// Adds H to the blocks of both ends.
-template <Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
+template <SpringLaw law, Accuracy accuracy, class V>
 void packed_spring_diagonal(const SpringBlock<Scalar<V>>* springs, const Scalar<V>* displacement,
                             const DiagonalBlocks<Scalar<V>>& blocks, std::ptrdiff_t begin, std::ptrdiff_t end) {
     for (std::ptrdiff_t i = begin; i < end; ++i) {
@@ -146,6 +145,22 @@ void packed_cell_diagonal(const CellBlock<Scalar<V>>* cells, const Scalar<V>* di
             }
         }
     }
+}
+
+template <class V>
+double packed_stiffening_energy(const SpringBlock<Scalar<V>>* blocks, const PackedHessian<Scalar<V>>& nodes,
+                                std::ptrdiff_t begin, std::ptrdiff_t end) {
+    double energy = 0;
+    for (std::ptrdiff_t b = begin; b < end; ++b) {
+        for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
+            Vector3<V> rest, du;
+            const V s = block_stretch<V>(blocks[b], lane, nodes.displacement, rest, du);
+            const V scale =
+                divide(load_lanes<V>(blocks[b].stiffness + lane), load_lanes<V>(blocks[b].inverse_length2 + lane));
+            energy += sum_in_double(scale * stiffening_energy(s, nodes.stiffening));
+        }
+    }
+    return energy;
 }
 
 } // namespace

@@ -1,11 +1,7 @@
-#pragma once
-
-// The sweeps behind spring_forms.hpp for a batch type. Included by the spring_forms_*.cpp files alone, each compiled
-// with its instruction set's flags; everything is in an anonymous namespace for the reason that kernels/simd.hpp gives.
-
+// Compiled once for each instruction set: the sweeps behind spring_forms.hpp. Everything is in an anonymous namespace
+// for the reason that kernels/simd.hpp gives.
 #include "bench/limits/spring_forms.hpp"
-#include "kernels/simd.hpp"
-#include "kernels/spring_law.hpp"
+#include "kernels/compiled_set.hpp"
 
 #include <utility>
 
@@ -108,23 +104,28 @@ constexpr SpringSweep<Scalar<V>> sweep_of() {
     }
 }
 
-template <class Single, class Double>
-constexpr SpringForms spring_forms_of() {
+template <StateForm form, class V>
+constexpr void set_form(SpringSweep<Scalar<V>> (&sweeps)[kStateForms][kRoots]) {
+    auto& row = sweeps[static_cast<int>(form)];
+    row[static_cast<int>(Root::approximate)] = sweep_of<form, Root::approximate, V>();
+    row[static_cast<int>(Root::refined)] = sweep_of<form, Root::refined, V>();
+    row[static_cast<int>(Root::exact)] = sweep_of<form, Root::exact, V>();
+}
+
+constexpr SpringForms all_forms() {
     SpringForms forms{};
-    const auto fill = []<class V, StateForm form>(auto& row, std::type_identity<V>,
-                                                  std::integral_constant<StateForm, form>) {
-        row[static_cast<int>(form)][0] = sweep_of<form, Root::approximate, V>();
-        row[static_cast<int>(form)][1] = sweep_of<form, Root::refined, V>();
-        row[static_cast<int>(form)][2] = sweep_of<form, Root::exact, V>();
-    };
-    constexpr std::integral_constant<StateForm, StateForm::displacement> kDisplacement;
-    constexpr std::integral_constant<StateForm, StateForm::position> kPosition;
-    fill(forms.single, std::type_identity<Single>{}, kDisplacement);
-    fill(forms.single, std::type_identity<Single>{}, kPosition);
-    fill(forms.twice, std::type_identity<Double>{}, kDisplacement);
-    fill(forms.twice, std::type_identity<Double>{}, kPosition);
+    set_form<StateForm::displacement, FloatBatch>(forms.float_sweeps);
+    set_form<StateForm::position, FloatBatch>(forms.float_sweeps);
+    set_form<StateForm::displacement, DoubleBatch>(forms.double_sweeps);
+    set_form<StateForm::position, DoubleBatch>(forms.double_sweeps);
     return forms;
 }
 
 } // namespace
+
+namespace HYBMSS_KERNEL_SET {
+extern const SpringForms spring_forms;
+constinit const SpringForms spring_forms = all_forms();
+} // namespace HYBMSS_KERNEL_SET
+
 } // namespace hybmss::bench

@@ -1,53 +1,10 @@
-#pragma once
-
-#include "kernels/hessian_arguments.hpp"
-#include "kernels/lattice/active_rows_impl.hpp"
-#include "kernels/lattice/lattice_layer_impl.hpp"
-#include "kernels/spring_hessian.hpp"
-
-// The product K(u) p of a lattice, in the same sweep as its forces (lattice_layer_impl.hpp).
+// Compiled once for each instruction set: the product K(u) p of a lattice, in the same sweep as its forces, and passes
+// by other laws of the springs.
+#include "kernels/compiled_set.hpp"
+#include "kernels/lattice/lattice_hessian.hpp"
 
 namespace hybmss::kernels {
 namespace {
-
-/// Of a field with three components: those of a row of node vectors, and of their neighbours one further in x.
-template <class V>
-HYBMSS_INLINE void load_row(const Scalar<V>* const (&field)[3], std::ptrdiff_t n, Vector3<V>& low, Vector3<V>& high) {
-    low = {load_lanes<V>(field[0] + n), load_lanes<V>(field[1] + n), load_lanes<V>(field[2] + n)};
-    high = {load_lanes<V>(field[0] + n + 1), load_lanes<V>(field[1] + n + 1), load_lanes<V>(field[2] + n + 1)};
-}
-
-/// The eight corners of a vector of cells.
-template <class V, class Layer>
-HYBMSS_INLINE void load_cells(const Layer& layer, const Scalar<V>* const (&field)[3], const CellRows& at,
-                              Vector3<V> (&corner)[8]) {
-    load_row<V>(field, at.low, corner[0], corner[1]);
-    load_row<V>(field, at.low_y, corner[2], corner[3]);
-    load_row<V>(field, layer.plane + at.high, corner[4], corner[5]);
-    load_row<V>(field, layer.plane + at.high_y, corner[6], corner[7]);
-}
-
-// Flat or active rows, found out at run time: a vector of cells has work enough to hide the question. So all layouts
-// share these kernels.
-template <class V, class Layer>
-HYBMSS_INLINE CellRows hessian_rows(const Layer& layer, std::ptrdiff_t n) {
-    return layer.neighbors ? listed_rows<V>(layer, n) : rows_at(layer, n);
-}
-/// The first vector: in active rows, the one at 0 is void.
-template <class V, class Layer>
-HYBMSS_INLINE std::ptrdiff_t first_vector(const Layer& layer) {
-    return layer.neighbors ? kWidth<V> : 0;
-}
-/// All that a sweep adds to in `above`.
-template <class V, class T, int components>
-HYBMSS_INLINE void clear_above(const LatticeHessianLayer<T, components>& layer) {
-    const std::ptrdiff_t end = layer.neighbors ? layer.upper_lanes : layer.plane;
-    for (int c = 0; c < components; ++c) {
-        for (std::ptrdiff_t n = 0; n < end; n += kWidth<V>) {
-            store_lanes(layer.above[c] + n, splat<V>(0));
-        }
-    }
-}
 
 /// What a law makes of p_a - p_b for each spring of a group, by the pair of its corners: what it adds at a, and
 /// subtracts at b.
@@ -118,8 +75,9 @@ HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V>
 
 /// One layer of cells: adds K p, or what another law makes of p, to `partial`, sets `above`. Rows meet and are stored
 /// as in lattice_layer.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
-void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
+template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
+void lattice_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
+    constexpr SpringLaw law = sum.law;
     clear_above<V>(layer);
     auto carry = no_carry<V>();
     for (std::ptrdiff_t n = first_vector<V>(layer); n < layer.lanes; n += kWidth<V>) {
@@ -136,8 +94,8 @@ void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
         const auto diagonals = spring_products<accuracy, law>(CubeDiagonals{}, u, p, k, layer.stiffening);
         Vector3<V> f[4] = {diagonals.template at<0, 7>(), diagonals.template at<1, 6>(), diagonals.template at<2, 5>(),
                            diagonals.template at<3, 4>()};
-        if constexpr (volume != Volume::none) {
-            add_volume_product<volume>(u, p, k[6] * splat<V>(layer.volume_ratio), f);
+        if constexpr (sum.volume != Volume::none) {
+            add_volume_product<sum.volume>(u, p, k[6] * splat<V>(layer.volume_ratio), f);
         }
         const auto springs = spring_products<accuracy, law>(EdgesAndFaces<face_diagonals>{}, u, p, k, layer.stiffening);
         const Vector3<V>&x = springs.template at<0, 1>(), &y = springs.template at<0, 2>(),
@@ -171,8 +129,8 @@ void lattice_hessian_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
 }
 
 /// The topmost node plane, above which there are no cells; `above` is not touched.
-template <bool face_diagonals, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
-void lattice_hessian_product_top(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
+template <bool face_diagonals, SpringLaw law, Accuracy accuracy, class V>
+void lattice_top_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
     const V zero = splat<V>(0);
     auto carry = no_carry<V>();
     for (std::ptrdiff_t n = first_vector<V>(layer); n < layer.lanes; n += kWidth<V>) {
@@ -204,15 +162,60 @@ void lattice_hessian_product_top(const LatticeHessianLayer<Scalar<V>, 3>& layer)
     }
 }
 
-/// partial += above, where two slabs meet.
-template <int components, class V>
-void lattice_hessian_join(const LatticeHessianLayer<Scalar<V>, components>& layer) {
-    for (int c = 0; c < components; ++c) {
-        for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-            store_lanes(layer.partial[c] + n, load_lanes<V>(layer.partial[c] + n) + load_lanes<V>(layer.above[c] + n));
+template <class V>
+void lattice_join_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
+    join_planes<V>(layer);
+}
+
+template <class V, int corners, class... Springs>
+HYBMSS_INLINE V stiffening_energies(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
+                                    const StiffeningConstants<Scalar<V>>& c) {
+    V sum = splat<V>(0);
+    ((sum = multiply_add(k[Springs::kKind] * splat<V>(Scalar<V>(Springs::kLength2)),
+                         stiffening_energy(Springs::stretch(u[Springs::b] - u[Springs::a]), c), sum)),
+     ...);
+    return sum;
+}
+
+/// Of the springs that start at a plane's nodes; with `top` of the topmost plane's.
+template <bool face_diagonals, bool top, class V>
+HYBMSS_INLINE double stiffening_energy_of_layer(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
+    double energy = 0;
+    for (std::ptrdiff_t n = first_vector<V>(layer); n < layer.lanes; n += kWidth<V>) {
+        const CellRows at = hessian_rows<V>(layer, n);
+        V k[7];
+        for (int kind = 0; kind < 7; ++kind) {
+            k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
+        }
+        Vector3<V> u[8];
+        if constexpr (top) {
+            load_row<V>(layer.displacement, n, u[0], u[1]);
+            load_row<V>(layer.displacement, at.low_y, u[2], u[3]);
+            energy += sum_in_double(stiffening_energies(PlaneSprings<face_diagonals>{}, u, k, layer.stiffening));
+        } else {
+            load_cells<V>(layer, layer.displacement, at, u);
+            energy += sum_in_double(stiffening_energies(CubeDiagonals{}, u, k, layer.stiffening) +
+                                    stiffening_energies(EdgesAndFaces<face_diagonals>{}, u, k, layer.stiffening));
         }
     }
+    return energy;
+}
+
+template <bool face_diagonals, class V>
+double lattice_stiffening_energy(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
+    return stiffening_energy_of_layer<face_diagonals, false, V>(layer);
+}
+template <bool face_diagonals, class V>
+double lattice_top_stiffening_energy(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
+    return stiffening_energy_of_layer<face_diagonals, true, V>(layer);
 }
 
 } // namespace
+
+HYBMSS_DEFINE_KERNEL(lattice_product);
+HYBMSS_DEFINE_KERNEL(lattice_top_product);
+HYBMSS_DEFINE_KERNEL(lattice_join_product);
+HYBMSS_DEFINE_KERNEL(lattice_stiffening_energy);
+HYBMSS_DEFINE_KERNEL(lattice_top_stiffening_energy);
+
 } // namespace hybmss::kernels

@@ -1,8 +1,7 @@
-#pragma once
-
-#include "kernels/lattice/lattice_hessian_impl.hpp"
-
-// The diagonal 3x3 blocks of a lattice's K(u), in the same sweep as its product.
+// Compiled once for each instruction set: the diagonal 3x3 blocks of a lattice's K(u), in the same sweep as its
+// product.
+#include "kernels/compiled_set.hpp"
+#include "kernels/lattice/lattice_hessian.hpp"
 
 namespace hybmss::kernels {
 namespace {
@@ -58,8 +57,8 @@ HYBMSS_INLINE void add_volume_blocks(const Vector3<V> (&u)[8], V scale, Symmetri
 }
 
 /// One layer of cells: adds to `partial`, sets `above`.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
-void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
+template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
+void lattice_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
     const V zero = splat<V>(0);
     const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
     clear_above<V>(layer);
@@ -73,10 +72,10 @@ void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries
             k[kind] = load_lanes<V>(layer.stiffness[kind] + n);
         }
         Symmetric3<V> blocks[8] = {none, none, none, none, none, none, none, none};
-        add_spring_blocks<accuracy, law>(CubeDiagonals{}, u, k, layer.stiffening, blocks);
-        add_spring_blocks<accuracy, law>(EdgesAndFaces<face_diagonals>{}, u, k, layer.stiffening, blocks);
-        if constexpr (volume != Volume::none) {
-            add_volume_blocks<volume>(u, k[6] * splat<V>(layer.volume_ratio), blocks);
+        add_spring_blocks<accuracy, sum.law>(CubeDiagonals{}, u, k, layer.stiffening, blocks);
+        add_spring_blocks<accuracy, sum.law>(EdgesAndFaces<face_diagonals>{}, u, k, layer.stiffening, blocks);
+        if constexpr (sum.volume != Volume::none) {
+            add_volume_blocks<sum.volume>(u, k[6] * splat<V>(layer.volume_ratio), blocks);
         }
         add_blocks<V>(layer.above, at.high_y, blocks[6] + next_column(blocks[7], carry[3]));
         add_blocks<V>(layer.above, at.high, blocks[4] + next_column(blocks[5], carry[2]));
@@ -86,8 +85,8 @@ void lattice_hessian_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries
 }
 
 /// The topmost node plane; `above` is not touched.
-template <bool face_diagonals, Accuracy accuracy, class V, SpringLaw law = SpringLaw::elastic>
-void lattice_hessian_diagonal_top(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
+template <bool face_diagonals, SpringLaw law, Accuracy accuracy, class V>
+void lattice_top_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
     const V zero = splat<V>(0);
     const Symmetric3<V> none{{zero, zero, zero, zero, zero, zero}};
     Symmetric3<V> carry[2] = {none, none};
@@ -107,5 +106,15 @@ void lattice_hessian_diagonal_top(const LatticeHessianLayer<Scalar<V>, kBlockEnt
     }
 }
 
+template <class V>
+void lattice_join_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {
+    join_planes<V>(layer);
+}
+
 } // namespace
+
+HYBMSS_DEFINE_KERNEL(lattice_diagonal);
+HYBMSS_DEFINE_KERNEL(lattice_top_diagonal);
+HYBMSS_DEFINE_KERNEL(lattice_join_diagonal);
+
 } // namespace hybmss::kernels

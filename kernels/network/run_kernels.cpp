@@ -1,11 +1,8 @@
-#pragma once
-
-// Runs of a packed network: sixteen springs or cells whose nodes lie in rows (layouts/network/item_runs.hpp). Rows are
-// loaded and stored as whole vectors; what comes out of the transposition is not in the order of the nodes, and the
-// values of a run are stored in that same order.
-
-#include "kernels/network/network_kernels.hpp"
-#include "kernels/network/network_packed_impl.hpp"
+// Compiled once for each instruction set: runs of a packed network, sixteen springs or cells whose nodes lie in rows
+// (layouts/network/item_runs.hpp). Rows are loaded and stored as whole vectors; what comes out of the transposition is
+// not in the order of the nodes, and the values of a run are stored in that same order.
+#include "kernels/compiled_set.hpp"
+#include "kernels/network/packed.hpp"
 
 namespace hybmss::kernels {
 namespace {
@@ -182,4 +179,10 @@ double run_cell_energy(const CellRuns<Scalar<V>>& cells, const PackedNodes<Scala
 }
 
 } // namespace
+
+HYBMSS_DEFINE_KERNEL(run_springs);
+HYBMSS_DEFINE_KERNEL(run_cells);
+HYBMSS_DEFINE_KERNEL(run_spring_energy);
+HYBMSS_DEFINE_KERNEL(run_cell_energy);
+
 } // namespace hybmss::kernels

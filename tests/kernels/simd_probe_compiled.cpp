@@ -1,6 +1,5 @@
-#pragma once
-
-#include "kernels/spring_law.hpp"
+// Compiled once for each instruction set, like the kernels.
+#include "kernels/compiled_set.hpp"
 #include "kernels/volume_law.hpp"
 #include "tests/kernels/simd_probe.hpp"
 
@@ -27,10 +26,10 @@ constexpr auto ternary(Operation) {
 }
 
 template <class V>
-constexpr SimdProbe<Scalar<V>> make_probe(InstructionSet set) {
+constexpr SimdProbe<Scalar<V>> make_probe() {
     using T = Scalar<V>;
     SimdProbe<T> p{};
-    p.instruction_set = set;
+    p.instruction_set = InstructionSet::HYBMSS_KERNEL_SET;
     p.width = kWidth<V>;
     p.multiply_add = ternary<V>([](V a, V b, V c) { return kernels::multiply_add(a, b, c); });
     p.subtract_product = ternary<V>([](V a, V b, V c) { return kernels::subtract_product(a, b, c); });
@@ -67,4 +66,12 @@ constexpr SimdProbe<Scalar<V>> make_probe(InstructionSet set) {
 }
 
 } // namespace
+
+namespace HYBMSS_KERNEL_SET {
+extern const SimdProbe<float> float_probe;
+extern const SimdProbe<double> double_probe;
+const SimdProbe<float> float_probe = make_probe<FloatBatch>();
+const SimdProbe<double> double_probe = make_probe<DoubleBatch>();
+} // namespace HYBMSS_KERNEL_SET
+
 } // namespace hybmss::testing

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/lattice/lattice_cell.hpp"
+#include "kernels/vectors.hpp"
 
 namespace hybmss::kernels {
 namespace {

@@ -1,10 +1,7 @@
-#pragma once
-
-// The loops behind issue_loops.hpp for a batch type. Included by the issue_loops_*.cpp files alone, each compiled with
-// its instruction set's flags; everything is in an anonymous namespace for the reason that kernels/simd.hpp gives.
-
+// Compiled once for each instruction set: the loops behind issue_loops.hpp. Everything is in an anonymous namespace for
+// the reason that kernels/simd.hpp gives.
 #include "bench/limits/issue_loops.hpp"
-#include "kernels/simd.hpp"
+#include "kernels/compiled_set.hpp"
 
 #include <utility>
 
@@ -220,11 +217,15 @@ void stream_update(void* data, std::size_t bytes) {
     stream_copy<V>(data, data, bytes);
 }
 
-template <class F, class D>
-constexpr LimitLoops limit_loops_of(InstructionSet set) {
-    return {
-        set, issue_loops<F>(), issue_loops<D>(), {stream_read<F>, stream_write<F>, stream_copy<F>, stream_update<F>}};
-}
-
 } // namespace
+
+namespace HYBMSS_KERNEL_SET {
+extern const LimitLoops limit_loops;
+constinit const LimitLoops limit_loops = {
+    .instruction_set = InstructionSet::HYBMSS_KERNEL_SET,
+    .float_loops = issue_loops<FloatBatch>(),
+    .double_loops = issue_loops<DoubleBatch>(),
+    .stream = {stream_read<FloatBatch>, stream_write<FloatBatch>, stream_copy<FloatBatch>, stream_update<FloatBatch>}};
+} // namespace HYBMSS_KERNEL_SET
+
 } // namespace hybmss::bench
