@@ -2,7 +2,7 @@
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/vector_csv.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 #include "simulation/run/memory.hpp"
 #include "simulation/scene/scene_lattice.hpp"

@@ -6,7 +6,7 @@
 #include "app/plan_arguments.hpp"
 #include "hybmss/record.hpp"
 #include "hybmss/simulation/simulation.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 #include "simulation/results/atomic_file.hpp"
 

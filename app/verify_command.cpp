@@ -1,7 +1,7 @@
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/json_file.hpp"
-#include "app/verify/verify_report.hpp"
+#include "app/verify/verify.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -13,7 +13,7 @@ namespace {
 
 struct VerifyArguments {
     std::string json, instruction_set = "all";
-    bool quick = false;
+    bool quick = false, rows = false;
     unsigned seed = 1;
 };
 
@@ -30,7 +30,7 @@ void run_verify(const VerifyArguments& arguments) {
     const verify::RowTable table = verify::run_matrix(options);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-    verify::print_table(table, std::cout);
+    (arguments.rows ? verify::print_table : verify::print_summary)(table, std::cout);
     std::cout << "seed " << options.seed << ", " << static_cast<long>(seconds + 0.5) << " s\n";
     if (json) {
         verify::write_json(table, options, seconds, json->stream());
@@ -51,6 +51,7 @@ void add_verify_command(CLI::App& app) {
         ->add_option("--isa", arguments->instruction_set, "force one instruction set: sse2, avx2, avx512, neon; or all")
         ->capture_default_str();
     command->add_flag("--quick", arguments->quick, "leave out bodies of more than 1000 cells");
+    command->add_flag("--rows", arguments->rows, "print every row of the matrix, not a line for each layout and type");
     command->add_option("--seed", arguments->seed, "of the random bodies and displacements")->capture_default_str();
     command->callback([arguments] { run_verify(*arguments); });
 }

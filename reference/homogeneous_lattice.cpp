@@ -1,8 +1,8 @@
 #include "reference/homogeneous_lattice.hpp"
 
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/constants.hpp"
-#include "reference/spring_energy.hpp"
+#include "reference/springs.hpp"
 #include "reference/volume_energy.hpp"
 
 #include <Eigen/Geometry>

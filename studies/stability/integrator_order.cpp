@@ -3,7 +3,7 @@
 #include "studies/stability/body_motion.hpp"
 
 #include "hybmss/equilibrium.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <Eigen/Eigenvalues>

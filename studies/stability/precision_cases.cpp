@@ -4,7 +4,7 @@
 #include "studies/stability/hard_case.hpp"
 
 #include "hybmss/force_plan.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <fmt/format.h>

@@ -9,7 +9,7 @@
 #include "studies/stability/body_motion.hpp"
 #include "studies/stability/hard_case.hpp"
 
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <Eigen/Eigenvalues>

@@ -1,6 +1,6 @@
 #include "studies/stability/static_body.hpp"
 
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 

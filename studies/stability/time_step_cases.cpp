@@ -4,7 +4,7 @@
 #include "studies/stability/energy_record.hpp"
 #include "studies/stability/hard_case.hpp"
 
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <Eigen/Eigenvalues>

@@ -3,7 +3,7 @@
 
 #include "hybmss/equilibrium.hpp"
 #include "hybmss/explicit_dynamics.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 #include "tests/kernels/hessian_plans.hpp"
 #include "tests/refusal.hpp"

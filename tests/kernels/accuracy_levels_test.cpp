@@ -1,7 +1,7 @@
 // The levels of accuracy as a caller chooses them: by name, and by the error that is wanted.
 
 #include "hybmss/force_plan.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/random_bodies.hpp"

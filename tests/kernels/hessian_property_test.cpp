@@ -3,7 +3,7 @@
 #include "tests/kernels/hessian_plans.hpp"
 
 #include "plan/bodies/body.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <Eigen/Geometry>

@@ -2,7 +2,7 @@
 
 #include "tests/kernels/hessian_plans.hpp"
 
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <gtest/gtest.h>

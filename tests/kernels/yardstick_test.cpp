@@ -1,6 +1,6 @@
 #include "bench/yardstick.hpp"
 
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 #include "reference/semi_implicit_euler.hpp"
 

@@ -1,6 +1,6 @@
 #include "hybmss/lattice.hpp"
+#include "reference/body.hpp"
 #include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
 #include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #include "hybmss/material.hpp"
-#include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/constants.hpp"
+#include "tests/random_bodies.hpp"
 #include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #include "hybmss/network.hpp"
-#include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/volume_energy.hpp"
+#include "tests/random_bodies.hpp"
 #include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>

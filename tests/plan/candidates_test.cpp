@@ -1,10 +1,10 @@
 // What the tuner may choose among, and that every choice is right.
 
-#include "app/verify/verify_tolerances.hpp"
+#include "app/verify/verify.hpp"
 #include "hybmss/explicit_dynamics.hpp"
 #include "plan/tuning/candidates.hpp"
 #include "plan/tuning/planned_body.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 #include "tests/environment.hpp"
 #include "tests/moving_body.hpp"

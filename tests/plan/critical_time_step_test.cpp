@@ -1,7 +1,7 @@
 /// The estimated critical time step: against dense eigenvalues, and by what motions do on either side of it.
 
 #include "hybmss/explicit_dynamics.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <gtest/gtest.h>

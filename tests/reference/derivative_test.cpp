@@ -1,7 +1,7 @@
 // Force = minus the gradient of the energy, Hessian = derivative of the force.
-#include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
+#include "tests/random_bodies.hpp"
 
 #include <gtest/gtest.h>
 

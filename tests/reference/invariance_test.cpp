@@ -1,7 +1,7 @@
 // What no motion of the whole and no naming of the axes can change.
-#include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
+#include "tests/random_bodies.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // The small-strain moduli that the springs and the volume energy make together, in every direction.
-#include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/constants.hpp"
 #include "reference/forces.hpp"
 #include "reference/volume_energy.hpp"
+#include "tests/random_bodies.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>

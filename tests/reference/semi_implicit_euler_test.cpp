@@ -1,9 +1,8 @@
 #include "hybmss/network.hpp"
-#include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
-#include "reference/gravity.hpp"
 #include "reference/semi_implicit_euler.hpp"
+#include "tests/random_bodies.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

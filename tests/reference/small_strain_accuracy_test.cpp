@@ -1,7 +1,7 @@
 // Forces keep their digits at tiny strains: against the position form, straight from the equations, in long double.
-#include "tests/random_bodies.hpp"
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
+#include "tests/random_bodies.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

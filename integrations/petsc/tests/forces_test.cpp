@@ -1,7 +1,7 @@
 #include "integrations/petsc/block_forces.hpp"
 #include "integrations/petsc/tests/whole_body.hpp"
 
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/forces.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
-#include "app/verify/verify_matrix.hpp"
-#include "app/verify/verify_node_array.hpp"
+#include "app/verify/bodies.hpp"
+#include "app/verify/node_array.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "reference/forces.hpp"
 #include "reference/semi_implicit_euler.hpp"
 
 #include <algorithm>
@@ -36,13 +37,20 @@ struct Run {
     double greatest_u = 0, greatest_v = 0, greatest_kinetic_energy = 0;
 };
 
-Run run_reference(const reference::Body& body, const StepParameters& parameters,
+/// With damping along the springs of `spring_damping` seconds: it kicks the velocities before a step.
+Run run_reference(const reference::Body& body, const StepParameters& parameters, double spring_damping,
                   const std::vector<PrescribedNode>& prescribed, const std::vector<Vector3d>& start) {
     reference::State state = reference::rest_state(body);
     state.u = start;
     reference::prescribe(prescribed, state);
     Run run;
     for (int s = 0; s < kSteps; ++s) {
+        if (spring_damping > 0) {
+            const std::vector<Vector3d> force = reference::damping_forces(body, spring_damping, state.u, state.v);
+            for (std::size_t n = 0; n < force.size(); ++n) {
+                state.v[n] += parameters.time_step / body.mass[n] * force[n];
+            }
+        }
         reference::semi_implicit_euler_step(body, parameters, prescribed, state);
         run.kinetic_energy = reference::kinetic_energy(body, state);
         run.greatest_u = std::max(run.greatest_u, max_component(state.u));
@@ -53,12 +61,18 @@ Run run_reference(const reference::Body& body, const StepParameters& parameters,
     return run;
 }
 
-/// Gravity, damping and prescribed nodes, or none of them: kernels have a variant of its own for each.
+/// Gravity, damping and prescribed nodes, or none of them: kernels have a variant of its own for each. Then with what
+/// takes kernels of its own besides: integration in a pass of its own, damping along the springs.
 struct Case {
     const char* check;
     bool driven;
+    bool split = false;
+    double spring_damping = 0; ///< in critical time steps
 };
-constexpr Case kCases[] = {{"50 driven steps", true}, {"50 free steps", false}};
+constexpr Case kCases[] = {{"50 driven steps", true},
+                           {"50 free steps", false},
+                           {"split steps", true, true},
+                           {"damped steps", true, false, 0.1}};
 
 StepParameters step_parameters(const Case& which, double critical_time_step, double cell_size) {
     const double dt = 0.3 * critical_time_step;
@@ -83,10 +97,14 @@ void compare(const TestBody& body, const Case& which, const MatrixOptions& optio
     const auto prescribed = which.driven ? prescribed_nodes(body, start.size()) : std::vector<PrescribedNode>{};
     const double eps = epsilon(precision_name<T>());
     for (RowKey key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
-        auto dynamics = make_planned<ExplicitDynamics<T>>(body, plan_options(key));
+        PlanOptions plan = plan_options(key);
+        plan.integration = which.split ? Integration::split : Integration::automatic;
+        auto dynamics = make_planned<ExplicitDynamics<T>>(body, plan);
+        const double spring_damping = which.spring_damping * dynamics.critical_time_step();
+        dynamics.damp_springs(spring_damping);
         // Each layout has a bound of its own for the critical step, so the reference runs with the same step.
         const StepParameters parameters = step_parameters(which, dynamics.critical_time_step(), body.cell_size);
-        const Run expected = run_reference(reference, parameters, prescribed, start);
+        const Run expected = run_reference(reference, parameters, spring_damping, prescribed, start);
 
         NodeArray<T> u(Arrangement::stride_3, start), v(Arrangement::separate_arrays, start.size());
         dynamics.set_displacements(u.field());

@@ -1,4 +1,4 @@
-#include "reference/assembly.hpp"
+#include "reference/body.hpp"
 #include "reference/constants.hpp"
 #include "reference/volume_energy.hpp"
 

@@ -1,5 +1,5 @@
-#include "app/verify/verify_matrix.hpp"
-#include "app/verify/verify_node_array.hpp"
+#include "app/verify/bodies.hpp"
+#include "app/verify/node_array.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/force_plan.hpp"
@@ -156,6 +156,27 @@ void check_rigid_motions(Subject<T>& subject) {
     }
 }
 
+template <class T>
+void check_diagonal(Subject<T>& subject, unsigned seed) {
+    for (const double strain : {1e-3, 0.1}) {
+        const std::vector<Vector3d> u = random_displacements(subject, strain, seed);
+        NodeArray<T> in(Arrangement::stride_3, u);
+        std::vector<T> found(6 * u.size());
+        subject.plan.hessian_diagonal(in.field(), found);
+        const std::vector<Eigen::Matrix3d> expected = reference::hessian_diagonal(subject.reference, u);
+        double error = 0, scale = 0;
+        for (std::size_t n = 0; n < u.size(); ++n) {
+            const auto e = [&](std::size_t entry) { return static_cast<double>(found[6 * n + entry]); };
+            Eigen::Matrix3d block;
+            block << e(0), e(3), e(4), e(3), e(1), e(5), e(4), e(5), e(2);
+            const double difference = (block - expected[n]).norm();
+            error = std::isnan(difference) ? kFailed : std::max(error, difference);
+            scale = std::max(scale, expected[n].norm());
+        }
+        subject.record("hessian diagonal", error / scale / kEpsilon<T>);
+    }
+}
+
 /// Damping along the springs: over the greatest sum of the magnitudes of the forces on a node.
 template <class T>
 void check_damping(Subject<T>& subject, const PlanOptions& options, unsigned seed) {
@@ -225,6 +246,7 @@ void check_all(const TestBody& body, const MatrixOptions& options, RowTable& tab
         check_coincident_nodes(subject);
         check_totals(subject, options.seed);
         check_rigid_motions(subject);
+        check_diagonal(subject, options.seed);
         check_damping(subject, plan_options(key), options.seed);
         check_critical_time_step(subject, stable_step);
     }

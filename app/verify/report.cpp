@@ -1,6 +1,4 @@
-#include "app/verify/verify_report.hpp"
-
-#include "app/verify/verify_tolerances.hpp"
+#include "app/verify/verify.hpp"
 
 #include "hybmss/version.hpp"
 
@@ -9,6 +7,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 namespace hybmss::verify {
 namespace {
@@ -76,11 +75,81 @@ void print_forces(const RowTable& table, std::ostream& out) {
     }
 }
 
+void print_total(const RowTable& table, std::ostream& out) {
+    const auto failed =
+        std::count_if(table.rows().begin(), table.rows().end(), [](const Row& row) { return !row.passed(); });
+    int cases = 0;
+    for (const Row& row : table.rows()) {
+        cases += row.cases;
+    }
+    out << fmt::format("{} checks in {} rows: {}\n", cases, table.rows().size(),
+                       failed == 0 ? "all passed" : fmt::format("{} rows FAILED", failed));
+}
+
 } // namespace
+
+std::span<const ListedKernel> listed_kernels() {
+    static constexpr ListedKernel kListed[] = {
+#define HYBMSS_KERNEL(name, proof, ...) {#name, proof},
+#include "kernels/kernels.inc"
+#undef HYBMSS_KERNEL
+    };
+    return kListed;
+}
 
 bool all_passed(const RowTable& table) {
     return !table.rows().empty() &&
            std::all_of(table.rows().begin(), table.rows().end(), [](const Row& row) { return row.passed(); });
+}
+
+void print_summary(const RowTable& table, std::ostream& out) {
+    struct Line {
+        std::string layout, precision;
+        std::vector<InstructionSet> sets;
+        int checks = 0, failed = 0;
+        const Row* worst = nullptr; ///< beside its limit
+    };
+    const auto share = [](const Row& row) {
+        return row.tolerance > 0 ? row.error / row.tolerance
+               : row.passed()    ? 0.0
+                                 : std::numeric_limits<double>::infinity();
+    };
+    std::vector<Line> lines;
+    for (const Row& row : table.rows()) {
+        auto line = std::find_if(lines.begin(), lines.end(), [&](const Line& l) {
+            return l.layout == row.key.layout && l.precision == row.key.precision;
+        });
+        if (line == lines.end()) {
+            line = lines.insert(lines.end(), Line{row.key.layout, row.key.precision, {}, 0, 0, nullptr});
+        }
+        if (std::find(line->sets.begin(), line->sets.end(), row.key.instruction_set) == line->sets.end()) {
+            line->sets.push_back(row.key.instruction_set);
+        }
+        line->checks += row.cases;
+        line->failed += !row.passed();
+        if (line->worst == nullptr || share(row) > share(*line->worst)) {
+            line->worst = &row;
+        }
+    }
+    out << fmt::format("{:<13} {:<7} {:<19} {:>8}  {:<6}  {}\n", "layout", "type", "instruction sets", "checks",
+                       "result", "nearest its limit");
+    for (const Line& line : lines) {
+        std::string sets;
+        for (const InstructionSet set : line.sets) {
+            sets += sets.empty() ? "" : " ";
+            sets += name(set);
+        }
+        out << fmt::format("{:<13} {:<7} {:<19} {:>8}  {:<6}  {}: {:.3g} of {:g} epsilons\n", line.layout,
+                           line.precision, sets, line.checks, line.failed == 0 ? "pass" : "FAIL", line.worst->key.check,
+                           line.worst->error, line.worst->tolerance);
+    }
+    for (const Row& row : table.rows()) {
+        if (!row.passed()) {
+            out << fmt::format("FAIL {} {} {} strain {:g}: {} of {}, {}\n", kernel_columns(row.key), row.key.check,
+                               row.key.variant, row.key.strain, row.error, row.tolerance, row.worst_body);
+        }
+    }
+    print_total(table, out);
 }
 
 void print_table(const RowTable& table, std::ostream& out) {
@@ -91,17 +160,15 @@ void print_table(const RowTable& table, std::ostream& out) {
     for (const std::string& paragraph : tolerance_legend()) {
         out << paragraph << '\n';
     }
-    const auto failed =
-        std::count_if(table.rows().begin(), table.rows().end(), [](const Row& row) { return !row.passed(); });
-    int cases = 0;
-    for (const Row& row : table.rows()) {
-        cases += row.cases;
-    }
-    out << fmt::format("\n{} checks in {} rows: {}\n", cases, table.rows().size(),
-                       failed == 0 ? "all passed" : fmt::format("{} rows FAILED", failed));
+    out << '\n';
+    print_total(table, out);
 }
 
 void write_json(const RowTable& table, const MatrixOptions& options, double seconds, std::ostream& out) {
+    nlohmann::ordered_json kernels = nlohmann::json::array();
+    for (const ListedKernel& kernel : listed_kernels()) {
+        kernels.push_back({{"kernel", kernel.name}, {"check", kernel.check}});
+    }
     nlohmann::ordered_json rows = nlohmann::json::array();
     for (const Row& row : table.rows()) {
         const double eps = epsilon(row.key.precision);
@@ -120,9 +187,9 @@ void write_json(const RowTable& table, const MatrixOptions& options, double seco
                         {"worst_body", row.worst_body},
                         {"passed", row.passed()}});
     }
-    const nlohmann::ordered_json report = {{"version", kVersion},          {"seed", options.seed},
-                                           {"seconds", seconds},           {"passed", all_passed(table)},
-                                           {"legend", tolerance_legend()}, {"rows", rows}};
+    const nlohmann::ordered_json report = {
+        {"version", kVersion},          {"seed", options.seed}, {"seconds", seconds}, {"passed", all_passed(table)},
+        {"legend", tolerance_legend()}, {"kernels", kernels},   {"rows", rows}};
     out << report.dump(1) << '\n';
 }
 

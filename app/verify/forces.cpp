@@ -1,12 +1,10 @@
-#include "app/verify/verify_matrix.hpp"
-
-#include "app/verify/verify_node_array.hpp"
+#include "app/verify/bodies.hpp"
+#include "app/verify/node_array.hpp"
 
 #include "hybmss/force_plan.hpp"
 #include "plan/bodies/body.hpp"
 #include "reference/forces.hpp"
-#include "reference/spring_energy.hpp"
-#include "reference/stiffening.hpp"
+#include "reference/springs.hpp"
 #include "reference/volume_energy.hpp"
 
 #include <algorithm>

@@ -1,8 +1,10 @@
-#include "app/verify/verify_tolerances.hpp"
+#include "app/verify/verify.hpp"
 
 #include "hybmss/plan_options.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace hybmss::verify {
 namespace {
@@ -30,9 +32,14 @@ constexpr Tolerance kProperties[] = {
     {"total torque", 1.5, "likewise, about the origin"},
     {"rigid motion", 3,
      "translation by 128 to 1024 cells, a quarter turn, a slanted turn: against the force scale of the slanted turn"},
+    {"hessian diagonal", 5,
+     "max norm of a node's block less the reference's over the greatest norm of any block, at strains of 0.001 and "
+     "0.1"},
     {"spring damping", 3,
      "at a strain of 0.1, velocities of up to a cell a second: over the greatest of any node's sums of magnitudes"},
     {"critical time step", 8, "excess over 2 / sqrt(largest eigenvalue of M^-1 K), found by power iteration"},
+    {"split steps", 50, "as the next but one, with integration in a pass of its own", kStepsOfForces},
+    {"damped steps", 50, "as the next but one, with damping along the springs", kStepsOfForces},
     {"50 free steps", 50, "as the next, without gravity, damping and prescribed nodes", kStepsOfForces},
     {"50 driven steps", 50,
      "displacements, velocities and kinetic energy over the greatest of the run: roundings of 50\n    steps add up, "
@@ -66,7 +73,7 @@ double tolerance(const RowKey& key) {
     if (key.check == "forces") {
         return forces_tolerance(key) + estimates(key);
     }
-    if (key.check == "hessian product") {
+    if (key.check == "hessian product" || key.check == "hessian diagonal") {
         return key.precision == "double" && is_network_of_lattice(key) ? kPositionForces : kProducts;
     }
     if (key.check == "energy") {
@@ -119,6 +126,24 @@ std::vector<std::string> tolerance_legend() {
         legend.push_back(std::string(property.check) + ": " + property.reason + ".");
     }
     return legend;
+}
+
+void RowTable::record(const RowKey& key, double error, const std::string& body) {
+    auto row = std::find_if(rows_.begin(), rows_.end(), [&](const Row& r) { return r.key == key; });
+    if (row == rows_.end()) {
+        row = rows_.insert(rows_.end(), Row{key, 0, 0, tolerance(key), ""});
+    }
+    const double bounded = std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
+    if (row->cases == 0 || bounded > row->error) {
+        row->error = bounded;
+        row->worst_body = body;
+    }
+    ++row->cases;
+}
+
+double epsilon(const std::string& precision) {
+    return precision == "float" ? static_cast<double>(std::numeric_limits<float>::epsilon())
+                                : std::numeric_limits<double>::epsilon();
 }
 
 } // namespace hybmss::verify

@@ -1,4 +1,4 @@
-#include "reference/spring_energy.hpp"
+#include "reference/springs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +14,17 @@ double bounded_length(const Vector3d& d, double rest_length) {
 /// t = 1 - l/|d| = (|d| - l) / |d|
 double relative_elongation(const Vector3d& rest_vector, const Vector3d& du) {
     return elongation(rest_vector, du) / bounded_length(rest_vector + du, rest_vector.norm());
+}
+
+/// e = |d|/l - 1
+double strain(const Vector3d& rest_vector, const Vector3d& du) {
+    return elongation(rest_vector, du) / rest_vector.norm();
+}
+
+/// n, bounded to d / (10^-12 l) where the ends meet.
+Vector3d direction(const Vector3d& rest_vector, const Vector3d& du) {
+    const Vector3d d = rest_vector + du;
+    return d / bounded_length(d, rest_vector.norm());
 }
 
 } // namespace
@@ -59,6 +70,35 @@ double spring_product_scale(double stiffness, const Vector3d& rest_vector, const
     const double t = relative_elongation(rest_vector, du), y = 1 - t;
     return stiffness * dp.norm() *
            (std::abs(t) + y + 3 * y * size / d + 1.5 * y * y * y * (2 * l * size + size * size) / (l * l));
+}
+
+double stiffening_energy(const SpringStiffening& law, double stiffness, const Vector3d& rest_vector,
+                         const Vector3d& du) {
+    const double e = strain(rest_vector, du);
+    return stiffness * rest_vector.squaredNorm() * (law.quadratic * e * e * e / 3 + law.cubic * e * e * e * e / 4);
+}
+
+Vector3d stiffening_force(const SpringStiffening& law, double stiffness, const Vector3d& rest_vector,
+                          const Vector3d& du) {
+    const double e = strain(rest_vector, du);
+    return stiffness * rest_vector.norm() * (law.quadratic * e * e + law.cubic * e * e * e) *
+           direction(rest_vector, du);
+}
+
+// k [ g/(1 + e) (I - n n^T) + g' n n^T ]
+Matrix3d stiffening_hessian(const SpringStiffening& law, double stiffness, const Vector3d& rest_vector,
+                            const Vector3d& du) {
+    const double e = strain(rest_vector, du);
+    const double across = (law.quadratic * e * e + law.cubic * e * e * e) / std::max(1 + e, 1e-12);
+    const double along = 2 * law.quadratic * e + 3 * law.cubic * e * e;
+    const Vector3d n = direction(rest_vector, du);
+    const Matrix3d axial = n * n.transpose();
+    return stiffness * (across * (Matrix3d::Identity() - axial) + along * axial);
+}
+
+Vector3d dashpot_force(double damping, const Vector3d& rest_vector, const Vector3d& du, const Vector3d& dv) {
+    const Vector3d n = direction(rest_vector, du);
+    return damping * n.dot(dv) * n;
 }
 
 } // namespace hybmss::reference
