@@ -3,7 +3,7 @@
 #include "kernels/kernel_table.hpp"
 #include "layouts/lattice/lattice_arrays.hpp"
 #include "plan/bodies/body.hpp"
-#include "plan/threads/meetings.hpp"
+#include "plan/threads/staged_run.hpp"
 
 #include <array>
 #include <string>

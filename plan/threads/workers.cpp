@@ -1,6 +1,6 @@
 #include "plan/threads/workers.hpp"
 
-#include "plan/threads/crew.hpp"
+#include "plan/threads/helper_threads.hpp"
 
 #include <oneapi/tbb/info.h>
 
@@ -53,7 +53,7 @@ private:
 } // namespace
 
 Workers::Workers(int threads, const TaskRunner* runner)
-    : threads_(threads), crew_(threads > 1 && !runner ? std::make_unique<Crew>(threads) : nullptr),
+    : threads_(threads), helpers_(threads > 1 && !runner ? std::make_unique<HelperThreads>(threads) : nullptr),
       runner_(runner ? *runner : TaskRunner{}) {}
 Workers::Workers(Workers&&) noexcept = default;
 Workers::~Workers() = default;
@@ -72,7 +72,7 @@ void Workers::run(std::span<const Stage> stages, long rounds) const {
         return;
     }
     const auto run = std::make_shared<StagedRun>(stages, rounds, threads_);
-    crew_->call(run);
+    helpers_->join(run);
     run->work(0);
 }
 

@@ -10,7 +10,7 @@
 
 namespace hybmss {
 
-class Crew;
+class HelperThreads;
 
 /// A number of threads, the caller's among them, that run pieces of work. Helpers are oneTBB's, and the caller waits
 /// for none that has not begun a piece; or they are those of a task runner.
@@ -34,8 +34,8 @@ public:
 
 private:
     int threads_;
-    std::unique_ptr<Crew> crew_; ///< oneTBB's helpers; null where there are none
-    TaskRunner runner_;          ///< the caller's; without functions where there is none
+    std::unique_ptr<HelperThreads> helpers_; ///< of oneTBB; null where there are none
+    TaskRunner runner_;                      ///< the caller's; without functions where there is none
 };
 
 /// A thread's share of a body, at least.
