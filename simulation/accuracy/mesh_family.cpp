@@ -58,7 +58,7 @@ std::array<std::int64_t, 3> MeshFamily::cells(std::int64_t multiple) const {
 }
 
 Body MeshFamily::body(std::int64_t multiple) const {
-    Body body = body_;
+    SceneBody body = body_;
     body.cells = cells(multiple);
     body.cell_size = cell_size(multiple);
     if (!body_.labels.empty() && multiple != 1) {

@@ -28,10 +28,10 @@ public:
     std::array<std::int64_t, 3> cells(std::int64_t multiple) const;
     double cell_size(std::int64_t multiple) const { return unit_edge_ / static_cast<double>(multiple); }
     /// The body on that mesh; its labels too.
-    Body body(std::int64_t multiple) const;
+    SceneBody body(std::int64_t multiple) const;
 
 private:
-    Body body_;
+    SceneBody body_;
     std::array<std::int64_t, 3> unit_ = {1, 1, 1}; ///< cells at multiple 1
     double unit_edge_ = 1;                         ///< m
     std::int64_t own_ = 1;

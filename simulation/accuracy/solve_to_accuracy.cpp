@@ -132,7 +132,7 @@ public:
         const auto whole = static_cast<std::int64_t>(multiple);
         offer.cells = family_.cells(whole);
         offer.cell_size = family_.cell_size(whole);
-        Body body = scene_.body;
+        SceneBody body = scene_.body;
         body.labels.clear();
         body.cells = offer.cells;
         SimulationOptions options = options_.simulation;
@@ -163,7 +163,7 @@ public:
 
     /// Throws where the mesh for the wish does not fit.
     void require_room(std::int64_t multiple) const {
-        Body body = scene_.body;
+        SceneBody body = scene_.body;
         body.cells = family_.cells(multiple);
         SimulationOptions options = options_.simulation;
         options.precision = report_.precision;

@@ -12,7 +12,7 @@ namespace {
 
 void read_voxel_body(Scene& scene, const std::filesystem::path& path) {
     VoxelGrid grid = read_voxels(path);
-    Body& body = scene.body;
+    SceneBody& body = scene.body;
     if (body.cell_size == 0) {
         if (!grid.cell_size) {
             throw std::runtime_error("it tells no size of its voxels, so body.cell_size must be given");
@@ -31,7 +31,7 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     TriangleSurface surface = read_surface(path);
     weld(surface);
     const Orientation orientation = require_closed(surface);
-    Body body = voxelised(surface, orientation, scene.body.cell_size);
+    SceneBody body = voxelised(surface, orientation, scene.body.cell_size);
     body.surface = scene.body.surface;
     scene.body = std::move(body);
 }

@@ -34,6 +34,6 @@ Orientation require_closed(const TriangleSurface& surface);
 /// centred on it. Inside is where a ray's crossings wind around (consistent), or are odd in number (mixed). Of the body
 /// that is returned `cells`, `cell_size`, `origin` and `labels` are set. Throws std::runtime_error where the grid has
 /// more nodes than can be numbered or than memory holds.
-Body voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size);
+SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size);
 
 } // namespace hybmss

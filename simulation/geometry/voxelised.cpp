@@ -87,7 +87,7 @@ void add_crossings(std::vector<Crossing>& crossings, const std::array<Point, 3>&
 }
 
 /// The grid around the surface; no cell has a label yet.
-Body grid_around(const TriangleSurface& surface, double cell_size) {
+SceneBody grid_around(const TriangleSurface& surface, double cell_size) {
     std::array<double, 3> low = surface.vertices.at(0), high = low;
     for (const auto& x : surface.vertices) {
         for (std::size_t a = 0; a < 3; ++a) {
@@ -95,7 +95,7 @@ Body grid_around(const TriangleSurface& surface, double cell_size) {
             high[a] = std::max(high[a], x[a]);
         }
     }
-    Body body;
+    SceneBody body;
     body.cell_size = cell_size;
     for (std::size_t a = 0; a < 3; ++a) {
         const double count = std::max(1.0, std::ceil((high[a] - low[a]) / cell_size - kSlack));
@@ -107,8 +107,8 @@ Body grid_around(const TriangleSurface& surface, double cell_size) {
 
 } // namespace
 
-Body voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size) {
-    Body body = grid_around(surface, cell_size);
+SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size) {
+    SceneBody body = grid_around(surface, cell_size);
     const std::size_t count = sample_bytes(body.cells, {.bytes = 1});
     if (static_cast<double>(count) > available_bytes()) {
         throw std::runtime_error("its grid is " + grid_text(body.cells) + "; there is not enough memory for it");

@@ -19,7 +19,7 @@ std::string gigabytes(double bytes) {
     return text;
 }
 
-double grid_nodes(const Body& body) {
+double grid_nodes(const SceneBody& body) {
     double nodes = 1;
     for (std::int64_t n : body.cells) {
         nodes *= static_cast<double>(n) + 1;
@@ -33,7 +33,7 @@ struct Extent {
     double lanes; ///< of the layout active-rows, its rows along x
 };
 
-Extent full_extent(const Body& body) {
+Extent full_extent(const SceneBody& body) {
     constexpr double kLanes = 16;
     Extent extent{grid_nodes(body), 1, 0, 0};
     for (std::int64_t n : body.cells) {
@@ -46,7 +46,7 @@ Extent full_extent(const Body& body) {
 }
 
 /// Row by row of nodes: a node is there where one of the four rows of cells around its row has a cell beside it.
-Extent labelled_extent(const Body& body) {
+Extent labelled_extent(const SceneBody& body) {
     constexpr std::size_t kLanes = 16;
     const std::int64_t ny = body.cells[1], nz = body.cells[2];
     const auto nx = static_cast<std::size_t>(body.cells[0]);
@@ -81,7 +81,7 @@ Extent labelled_extent(const Body& body) {
 
 } // namespace
 
-double estimated_bytes(const Body& body, const SimulationOptions& options) {
+double estimated_bytes(const SceneBody& body, const SimulationOptions& options) {
     const Extent extent = body.labels.empty() ? full_extent(body) : labelled_extent(body);
     const double real = options.precision == Precision::float32 ? 4 : 8;
     const std::string& layout = options.plan.layout;

@@ -10,7 +10,7 @@
 namespace hybmss {
 
 /// Bytes that a run of these cells takes at most, about: plan, state, and copies for results.
-double estimated_bytes(const Body& body, const SimulationOptions& options);
+double estimated_bytes(const SceneBody& body, const SimulationOptions& options);
 
 /// Memory that the machine could give now, in bytes.
 double available_bytes();

@@ -18,7 +18,7 @@ void require_version(const CheckpointSections& sections) {
 }
 
 /// A surface file may be moved in space, and the cells made from it are the same.
-void require_origin(const CheckpointSections& sections, const Body& body) {
+void require_origin(const CheckpointSections& sections, const SceneBody& body) {
     if (!sections.has("origin")) {
         if (body.origin != std::array<double, 3>{0, 0, 0}) {
             throw std::runtime_error("it is an older one, which does not tell where the body lies");

@@ -62,12 +62,12 @@ std::array<float, 256> label_scales(const Scene& scene, const CellCounts& counts
 
 } // namespace
 
-std::string body_key(const Body& body) {
+std::string body_key(const SceneBody& body) {
     return !body.voxels.empty() ? "body.voxels" : !body.surface.empty() ? "body.surface" : "body.cells";
 }
 
 Lattice scene_lattice(const Scene& scene) {
-    const Body& body = scene.body;
+    const SceneBody& body = scene.body;
     const auto nx = static_cast<int>(body.cells[0]), ny = static_cast<int>(body.cells[1]),
                nz = static_cast<int>(body.cells[2]);
     if (body.labels.empty()) {

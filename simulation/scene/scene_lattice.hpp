@@ -14,6 +14,6 @@ namespace hybmss {
 Lattice scene_lattice(const Scene& scene);
 
 /// The key that gives the body: "body.cells", "body.voxels" or "body.surface".
-std::string body_key(const Body& body);
+std::string body_key(const SceneBody& body);
 
 } // namespace hybmss

@@ -16,7 +16,7 @@ namespace {
 
 /// A box by its edges: as many cells as its cell size says, or free.
 void read_size(Scene& scene, const SceneTable& table) {
-    Body& body = scene.body;
+    SceneBody& body = scene.body;
     body.size = table.vector("size");
     body.cell_size = table.has("cell_size") ? table.number("cell_size") : 0;
     for (std::size_t a = 0; a < 3 && body.cell_size > 0; ++a) {

@@ -23,7 +23,7 @@ using namespace hybmss;
 namespace {
 
 /// Cells enough to touch each other on every side.
-bool is_small(const Body& body) {
+bool is_small(const SceneBody& body) {
     double cells = 1;
     for (const std::int64_t count : body.cells) {
         cells *= static_cast<double>(count);

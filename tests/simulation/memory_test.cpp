@@ -11,7 +11,7 @@ namespace hybmss {
 namespace {
 
 TEST(Memory, NetworkLayoutsCountTheirSprings) {
-    Body body;
+    SceneBody body;
     body.cells = {40, 40, 40};
     SimulationOptions options;
     const double by_default = estimated_bytes(body, options);
@@ -33,7 +33,7 @@ TEST(Memory, NetworkLayoutsCountTheirSprings) {
 TEST(Memory, SparseVoxelsCountByTheirCells) {
     // Two cubes of cells in the corners of a large grid.
     const auto body_of = [](std::int64_t edge, std::int64_t grid) {
-        Body body;
+        SceneBody body;
         body.cells = {grid, grid, grid};
         body.labels.resize(static_cast<std::size_t>(grid * grid * grid));
         for (std::int64_t k = 0; k < edge; ++k) {
@@ -52,7 +52,7 @@ TEST(Memory, SparseVoxelsCountByTheirCells) {
     const double grid = 9 * 97.0 * 97 * 97; // what the grid itself takes
     EXPECT_GT((large - grid) / (small - grid), 5);
     EXPECT_LT((large - grid) / (small - grid), 9);
-    Body box = body_of(1, 96);
+    SceneBody box = body_of(1, 96);
     box.labels.clear();
     EXPECT_LT(large, estimated_bytes(box, options) / 10);
     box.labels.assign(96 * 96 * 96, 1);

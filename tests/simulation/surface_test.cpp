@@ -85,12 +85,12 @@ TriangleSurface box(const Vertex& low, const Vertex& high) {
     return surface;
 }
 
-Body voxels(TriangleSurface surface, double cell_size) {
+SceneBody voxels(TriangleSurface surface, double cell_size) {
     weld(surface);
     return voxelised(surface, require_closed(surface), cell_size);
 }
 
-double volume(const Body& body) {
+double volume(const SceneBody& body) {
     const auto filled =
         body.labels.size() - static_cast<std::size_t>(std::count(body.labels.begin(), body.labels.end(), 0));
     return static_cast<double>(filled) * std::pow(body.cell_size, 3);
@@ -101,7 +101,7 @@ double ball(double radius) {
 }
 
 TEST(Surface, sphere_has_its_volume) {
-    const Body body = voxels(sphere(1), 0.05);
+    const SceneBody body = voxels(sphere(1), 0.05);
     EXPECT_EQ(body.cells, (std::array<std::int64_t, 3>{40, 40, 40}));
     EXPECT_NEAR(volume(body), ball(1), 0.01 * ball(1));
     // Each cell for itself, but where its centre lies between the facets and the sphere: the facets of 1/20 leave
@@ -118,7 +118,7 @@ TEST(Surface, sphere_has_its_volume) {
 /// Rays through edges, diagonals and vertices: nothing slips through, nothing counts twice.
 TEST(Surface, box_is_filled_exactly) {
     for (const int n : {1, 2, 4, 7, 10}) {
-        const Body body = voxels(box({0.1, -3, 2}, {1.1, -2, 4}), 1.0 / n);
+        const SceneBody body = voxels(box({0.1, -3, 2}, {1.1, -2, 4}), 1.0 / n);
         EXPECT_EQ(body.cells, (std::array<std::int64_t, 3>{n, n, 2 * n}));
         EXPECT_EQ(std::count(body.labels.begin(), body.labels.end(), 1), 2 * n * n * n) << n;
         EXPECT_NEAR(body.origin[0], 0.1, 1e-12);
@@ -126,7 +126,7 @@ TEST(Surface, box_is_filled_exactly) {
         EXPECT_NEAR(body.origin[2], 2, 1e-12);
     }
     // An octahedron on a grid through all its vertices and edges: |x| + |y| + |z| < 3 around the middle cell.
-    const Body octahedron = voxels(sphere(3.5, {0, 0, 0}, 0), 1);
+    const SceneBody octahedron = voxels(sphere(3.5, {0, 0, 0}, 0), 1);
     ASSERT_EQ(octahedron.cells[0], 7);
     for (std::size_t cell = 0; cell < octahedron.labels.size(); ++cell) {
         const auto far = [](std::size_t c) { return std::abs(static_cast<int>(c) - 3); };
@@ -242,7 +242,7 @@ TEST_F(SurfaceFile, every_format_gives_the_same_cells) {
                                                           "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"}};
     for (const auto& [file, bytes] : files) {
         test::write_text(directory.path() / file, bytes);
-        const Body body = voxels(read_surface(directory.path() / file), 0.1);
+        const SceneBody body = voxels(read_surface(directory.path() / file), 0.1);
         if (body.labels.size() == 1000) {
             EXPECT_EQ(std::count(body.labels.begin(), body.labels.end(), 1), 1000) << file;
         } else {

@@ -52,7 +52,7 @@ TEST(Accuracy, MeshesFillTheBox) {
     scene.body.cells = {2, 1, 1};
     scene.body.cell_size = 0.5;
     scene.body.labels = {3, 0};
-    const Body fine = MeshFamily(scene).body(2);
+    const SceneBody fine = MeshFamily(scene).body(2);
     EXPECT_EQ(fine.cell_size, 0.25);
     EXPECT_EQ(fine.labels, (std::vector<std::uint8_t>{3, 3, 0, 0, 3, 3, 0, 0, 3, 3, 0, 0, 3, 3, 0, 0}));
 }

@@ -53,7 +53,7 @@ using AxisSet = std::uint8_t;
 inline constexpr AxisSet kAllAxes = 7;
 
 /// Cubic cells of one grid: all of them, or those that have a label.
-struct Body {
+struct SceneBody {
     std::array<std::int64_t, 3> cells = {1, 1, 1}; ///< of the grid, along x, y and z
     double cell_size = 1; ///< m; 0: free, to be chosen by solve_to_accuracy() for a box of the given size
     std::array<double, 3> origin = {0, 0, 0}; ///< low corner of the grid, m
@@ -180,7 +180,7 @@ struct SceneSource {
 };
 
 struct Scene {
-    Body body;
+    SceneBody body;
     Material material;
     std::vector<Label> labels; ///< none: the body has one label, and it is `material`
     std::vector<Fix> fixes;
