@@ -22,4 +22,10 @@ struct Coloring {
 /// \param nodes `nodes_per_item` node numbers an item, all below `node_count`.
 Coloring color_greedily(std::span<const std::int32_t> nodes, std::size_t nodes_per_item, std::size_t node_count);
 
+/// Tiles (bundles of springs and cells) sorted by colour; tiles of one colour share no node, so they may run at the
+/// same time, and every node gets its contributions in the order of the colours, whoever runs them. Greedy likewise.
+///
+/// \param tile_nodes for each tile the nodes it touches, all below `node_count`
+Coloring color_tiles(std::span<const std::vector<std::int32_t>> tile_nodes, std::size_t node_count);
+
 } // namespace hybmss

@@ -24,4 +24,19 @@ std::uint32_t NodeNumbers::of(std::size_t grid_node) const {
     return static_cast<std::uint32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), grid_node) - nodes_.begin());
 }
 
+void append_node(std::vector<NodeRun>& runs, std::size_t index) {
+    const std::size_t node = runs.empty() ? 0 : runs.back().node + runs.back().length;
+    if (runs.empty() || runs.back().index + runs.back().length != index) {
+        runs.push_back({node, index, 0});
+    }
+    ++runs.back().length;
+}
+
+std::size_t index_in(const std::vector<NodeRun>& runs, std::size_t node) {
+    const auto after =
+        std::upper_bound(runs.begin(), runs.end(), node, [](std::size_t n, const NodeRun& r) { return n < r.node; });
+    const NodeRun& run = *(after - 1);
+    return run.index + (node - run.node);
+}
+
 } // namespace hybmss

@@ -8,6 +8,8 @@
 
 namespace hybmss {
 
+// Where the nodes of a body are: in the grid, and in a layout.
+
 /// The numbers of a body's nodes by their grid indices, as they were when the body was made: cuts do not renumber.
 /// Nothing is stored for a full box, a number a node for other bodies.
 class NodeNumbers {
@@ -24,5 +26,18 @@ public:
 private:
     std::vector<std::uint32_t> nodes_; ///< grid indices, ascending; empty where every grid node is one of the body
 };
+
+/// A run of consecutive nodes of the body that are also consecutive in the layout.
+struct NodeRun {
+    std::size_t node;
+    std::size_t index;
+    std::size_t length;
+};
+
+/// Adds the body's next node, which lies at `index`, to the last run where that goes on there.
+void append_node(std::vector<NodeRun>& runs, std::size_t index);
+
+/// The layout index of a node that one of the runs holds; they ascend by node.
+std::size_t index_in(const std::vector<NodeRun>& runs, std::size_t node);
 
 } // namespace hybmss

@@ -1,4 +1,4 @@
-#include "layouts/lattice/active_rows.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
 
 #include <algorithm>
 

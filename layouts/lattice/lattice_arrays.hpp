@@ -1,16 +1,44 @@
 #pragma once
 
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
 #include "layouts/aligned_array.hpp"
-#include "layouts/lattice/cell_shares.hpp"
 #include "layouts/lattice/vector_neighbors.hpp"
-#include "layouts/node_runs.hpp"
+#include "layouts/node_numbers.hpp"
 
-#include <algorithm>
+#include <array>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace hybmss {
+
+/// A layout's axes as the body's: along a row, along a plane, and normal to the planes.
+using LatticeAxes = std::array<std::size_t, 3>;
+
+/// What the cells around a grid node give to it and to the springs that start there: k = (k_e/4) * the sum of the
+/// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell. The same numbers in every layout.
+class CellShares {
+public:
+    CellShares(const Lattice& lattice, const Material& material, const LatticeAxes& axes);
+
+    struct Node {
+        std::array<double, 7> stiffness; ///< k h, N; in the order of kernels::LatticeLayer
+        int cells;                       ///< that touch the node: nonzero makes it a node of the body
+    };
+    /// Of the grid node at this place along the layout's axes.
+    Node at(const std::array<std::size_t, 3>& place) const;
+
+    double mass(int cells) const { return cell_mass_ * cells; }
+    double inverse_mass(int cells) const { return 1 / (mass(cells) * lattice_.cell_size()); } ///< 1 / (m h)
+    double volume_ratio() const { return volume_ratio_; } ///< kappa h^2 / (32 k_c h)
+
+private:
+    double scale_at(const std::array<int, 3>& place) const;
+
+    const Lattice& lattice_;
+    LatticeAxes axes_;
+    double edge_, face_, cube_, cell_mass_, volume_ratio_;
+};
 
 /// A lattice in memory: what flat_rows() and active_rows() fill, each in its own order, and what a sweep from plane to
 /// plane needs. See kernels::LatticeLayer.
@@ -37,56 +65,75 @@ struct LatticeArrays {
 
     /// Elements of every array.
     std::size_t size() const { return inverse_mass.size(); }
-    std::size_t bytes() const {
-        return (size() + (stiffness[3].size() > 0 ? 7 : 4) * stiffness[0].size()) * sizeof(T) +
-               (begin.size() + lanes.size() + stiffness_begin.size()) * sizeof(std::size_t) +
-               neighbors.size() * sizeof(VectorNeighbors) + masses.size() * sizeof(double) +
-               runs.size() * sizeof(NodeRun);
-    }
+    std::size_t bytes() const;
 
     /// Room for `elements`, and for so many of stiffness, and what fills the last vector of the widest kind: loops over
     /// whole arrays have no tail.
-    void allocate(std::size_t elements, std::size_t stiffness_elements, bool face_diagonals) {
-        for (std::size_t kind = 0; kind < 7; ++kind) {
-            if (face_diagonals || kind < 3 || kind == 6) {
-                stiffness[kind] = AlignedArray<T>(padded(stiffness_elements));
-            }
-        }
-        inverse_mass = AlignedArray<T>(padded(elements));
-    }
+    void allocate(std::size_t elements, std::size_t stiffness_elements, bool face_diagonals);
     /// Where the stiffness of planes begins that share none.
     std::vector<std::size_t> own_stiffness() const { return {begin.begin(), begin.end() - 1}; }
     /// Gives every plane a stiffness of its own, so that its nodes can be set apart. Changes nothing where memory does
     /// not suffice.
-    void separate_planes() {
-        if (stiffness[0].size() == size()) {
-            return;
-        }
-        std::vector<std::size_t> places = own_stiffness();
-        AlignedArray<T> own[7];
-        for (std::size_t kind = 0; kind < 7; ++kind) {
-            if (stiffness[kind].size() == 0) {
-                continue;
-            }
-            own[kind] = AlignedArray<T>(size());
-            for (std::size_t k = 0; k < planes; ++k) {
-                std::copy_n(stiffness[kind].data() + stiffness_begin[k], begin[k + 1] - begin[k],
-                            own[kind].data() + places[k]);
-            }
-        }
-        std::move(own, own + 7, stiffness);
-        stiffness_begin.swap(places);
-    }
+    void separate_planes();
     /// Sets node n, whose stiffness is at `place`.
-    void set_node(std::size_t n, std::size_t place, const CellShares::Node& node, const CellShares& shares) {
-        for (std::size_t kind = 0; kind < 7; ++kind) {
-            if (stiffness[kind].size() == 0) {
-                continue;
-            }
-            stiffness[kind][place] = static_cast<T>(node.stiffness[kind]);
-        }
-        inverse_mass[n] = node.cells > 0 ? static_cast<T>(shares.inverse_mass(node.cells)) : T(0);
-    }
+    void set_node(std::size_t n, std::size_t place, const CellShares::Node& node, const CellShares& shares);
 };
+
+extern template struct LatticeArrays<float>;
+extern template struct LatticeArrays<double>;
+
+/// The layout "flat-rows": every grid node has a place, connectivity is a sum of strides, void cells have stiffness
+/// zero.
+///
+///     plane 0: row 0 | row 1 | ... | row ny | zeros to `plane`;  plane 1: ...;  plane nz
+///
+/// Planes are normal to z or to y, whichever wastes fewer lanes on void cells: a bar of 4 x 4 x 24 cells has 24 planes
+/// of 25 nodes in 32 lanes, or 4 of 125 in 128. Mirrored axes and components make the same forces.
+///
+/// Rows are nx + 1 nodes long and not padded (a padded row costs more lanes than it saves); planes are padded so that
+/// they start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
+///
+/// The stiffness of planes with the same cells below and above is held once.
+template <class T>
+LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material);
+
+extern template LatticeArrays<float> flat_rows(const Lattice&, const Material&);
+extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&);
+
+/// The layout "active-rows": of every row, those vectors that hold a node of the body, one after the other; void is not
+/// stored. For bodies that fill a small part of their grid.
+///
+///     a plane's rows, cut into vectors:      in memory, plane after plane:
+///
+///     y ^  |....|.ooo|o...|....|                0    1    2    3    4    5
+///       |  |....|oooo|oo..|..oo|             |void|oooo|oo..|..oo|.ooo|o...|  next plane: |void| ...
+///       +--------------------> x                    for each: where its neighbours at +y, +z and +y+z lie
+///
+/// Vectors are as wide as the kernels' and begin at multiples of their width in each row. The neighbour at +x is the
+/// next element: where a row's next vector is not stored, no cell reaches into it. The first vector of a plane is void,
+/// all zeros, and stands for every neighbour that is not stored: what a kernel reads or adds there belongs to void
+/// cells. It stands first so that the element after it, which is read too, is of the same plane.
+///
+/// A vector takes 14 numbers a lane (8 here, 6 of state) and 12 bytes; memory and time follow the vectors stored, not
+/// the grid. Rows padded to vectors: a full box of 33 nodes a row takes 48 lanes, 1.45 times those of flat rows. Rows
+/// lie along x, or along another axis where that stores at most 4/5 of the vectors: then every node is a run of its
+/// own, 24 bytes.
+///
+/// `width`: lanes of the kernels' vectors.
+template <class T>
+LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, int width);
+
+extern template LatticeArrays<float> active_rows(const Lattice&, const Material&, int);
+extern template LatticeArrays<double> active_rows(const Lattice&, const Material&, int);
+
+/// The lanes that active rows of the given width store, and the axes along which they store the fewest.
+struct ActiveLanes {
+    LatticeAxes axes;
+    std::size_t lanes;
+};
+ActiveLanes count_active_lanes(const Lattice& lattice, std::size_t width);
+
+/// The lanes that active rows store, in vectors of 16, by the grid's nodes, which flat rows store. Above 1 for a box.
+double active_share(const Lattice& lattice);
 
 } // namespace hybmss

@@ -1,13 +1,18 @@
 #pragma once
 
 #include "hybmss/network.hpp"
-#include "layouts/lattice/rest_shape.hpp"
+#include "layouts/aligned_array.hpp"
 #include "layouts/network/network_blocks.hpp"
+#include "layouts/network/network_geometry.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <functional>
 #include <span>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -128,6 +133,40 @@ public:
 private:
     const Network& network_;
     std::vector<std::int32_t> nodes_;
+};
+
+/// Rows of numbers, each kept once, whoever uses it: the dictionary of a layout. Row is plain numbers without
+/// gaps.
+template <class Row>
+class DistinctRows {
+public:
+    /// The number of the row with these very bits, new or old.
+    std::uint32_t number_of(const Row& row) {
+        const auto number = static_cast<std::uint32_t>(rows_.size());
+        const auto [begin, end] = known_.equal_range(hash(row));
+        for (auto it = begin; it != end; ++it) {
+            if (std::memcmp(&rows_[it->second], &row, sizeof row) == 0) {
+                return it->second;
+            }
+        }
+        known_.emplace(hash(row), number);
+        rows_.push_back(row);
+        return number;
+    }
+
+    AlignedArray<Row> array() const {
+        AlignedArray<Row> all(rows_.size());
+        std::copy(rows_.begin(), rows_.end(), all.data());
+        return all;
+    }
+
+private:
+    static std::size_t hash(const Row& row) {
+        return std::hash<std::string_view>()({reinterpret_cast<const char*>(&row), sizeof row});
+    }
+
+    std::vector<Row> rows_;
+    std::unordered_multimap<std::size_t, std::uint32_t> known_;
 };
 
 } // namespace hybmss

@@ -1,12 +1,9 @@
 #include "layouts/network/packed_xyzw.hpp"
 
-#include "layouts/lattice/rest_shape.hpp"
-#include "layouts/network/conflict_free_blocks.hpp"
-#include "layouts/network/distinct_rows.hpp"
+#include "layouts/coloring.hpp"
+#include "layouts/network/item_groups.hpp"
+#include "layouts/network/network_geometry.hpp"
 #include "layouts/network/packed_sources.hpp"
-#include "layouts/network/row_order.hpp"
-#include "layouts/network/tile_coloring.hpp"
-#include "layouts/network/tiled_items.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -121,7 +118,7 @@ Runs<T, Source> make_runs(const Source& source, const TiledItems& tiled, const C
 } // namespace
 
 template <class T>
-PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, std::size_t tile_nodes_wanted)
+PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, bool one_tile)
     : masses(network.masses), node_count(network.masses.size()), spring_count(network.springs.size()),
       cell_count(network.cells.size()) {
     if (!well_ordered(network)) {
@@ -133,8 +130,7 @@ PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, std::size_t 
     }
     const SpringSource<T> spring_source(network, place);
     const CellSource<T> cell_source(network, place);
-    const std::size_t tile_nodes =
-        tile_nodes_wanted ? padded(std::min(tile_nodes_wanted, node_count)) : nodes_per_tile(node_count);
+    const std::size_t tile_nodes = one_tile ? padded(std::max<std::size_t>(node_count, 1)) : nodes_per_tile(node_count);
     const std::size_t tile_count = (node_count + tile_nodes - 1) / tile_nodes;
     const TiledItems tiled_springs = tile_items(spring_source.nodes(), 2, tile_nodes, tile_count);
     const TiledItems tiled_cells = tile_items(cell_source.nodes(), 8, tile_nodes, tile_count);

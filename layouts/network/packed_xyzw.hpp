@@ -23,15 +23,15 @@ namespace hybmss {
 ///                           \_ spring runs, spring blocks, cell runs, cell blocks of the tile
 ///
 /// Where a mesh is regular, be it only piece by piece, the b - a of neighbouring springs are equal: such a run
-/// (item_runs.hpp) is plain loads of whole vectors, and its low nodes are loaded and stored once for all runs from
+/// (item_groups.hpp) is plain loads of whole vectors, and its low nodes are loaded and stored once for all runs from
 /// them. A run is sixteen bytes, and nothing else where its shape and stiffnesses are those of others: a byte a spring,
 /// where a spring in a block takes seven numbers.
 ///
 /// Nodes keep the caller's numbering where it is one in space; else they are numbered row by row, like a lattice
-/// (row_order.hpp). A Z curve (Morton order) was tried and lost: tiles touch fewer nodes, but each of them many memory
-/// pages and short runs of cache lines. A tile owns a range of nodes and holds the springs and cells whose lowest node
-/// is among them, so a tile's nodes stay in the first-level cache while its blocks stream past. Within a block no node
-/// occurs twice (conflict_free_blocks.hpp); tiles of one colour share no node (tile_coloring.hpp). Sizes depend on the
+/// (network_geometry.hpp). A Z curve (Morton order) was tried and lost: tiles touch fewer nodes, but each of them many
+/// memory pages and short runs of cache lines. A tile owns a range of nodes and holds the springs and cells whose
+/// lowest node is among them, so a tile's nodes stay in the first-level cache while its blocks stream past. Within a
+/// block no node occurs twice (item_groups.hpp); tiles of one colour share no node (coloring.hpp). Sizes depend on the
 /// body alone.
 ///
 /// Gaps in runs are springs and cells of stiffness zero between the nodes that are there; behind the body's nodes
@@ -40,8 +40,8 @@ namespace hybmss {
 template <class T>
 struct PackedXyzw {
     /// \param vector_lanes of the kernels that will read it; it decides the order of a run's lanes (lane_of_row)
-    /// \param tile_nodes about how many nodes a tile owns; 0: what suits the network
-    explicit PackedXyzw(const Network& network, int vector_lanes = 1, std::size_t tile_nodes = 0);
+    /// \param one_tile all nodes in one tile
+    explicit PackedXyzw(const Network& network, int vector_lanes = 1, bool one_tile = false);
 
     /// order[i] is the caller's node at place i; empty where the order is the caller's.
     std::vector<std::uint32_t> order;

@@ -1,6 +1,6 @@
 #include "solvers/multigrid/solid_cells.hpp"
 
-#include "layouts/lattice/rest_shape.hpp"
+#include "layouts/network/network_geometry.hpp"
 
 #include <Eigen/Dense>
 

@@ -1,6 +1,6 @@
 #include "solvers/newton/body_scales.hpp"
 
-#include "layouts/lattice/rest_shape.hpp"
+#include "layouts/network/network_geometry.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 // The layout active-rows: every cell finds its corners, with the numbers that flat rows hold.
 
-#include "layouts/lattice/active_rows.hpp"
-#include "layouts/lattice/flat_rows.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
 
 #include <gtest/gtest.h>
 

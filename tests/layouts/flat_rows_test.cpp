@@ -1,6 +1,6 @@
 // The layout flat-rows: what a sweep reads of each plane, shared or not.
 
-#include "layouts/lattice/flat_rows.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
 
 #include <gtest/gtest.h>
 
