@@ -195,7 +195,6 @@ void explain(const ExplainArguments& arguments) {
     row("precision", plan.precision);
     row("threads", fmt::format("{}", plan.threads));
     row("tiles", fmt::format("{}", plan.tiles));
-    row("integration", plan.integration == Integration::fused ? "fused with the forces" : "in a pass of its own");
     row("bytes",
         fmt::format("{} in the plan, about {:.3g} in the whole run", plan.bytes, estimated_bytes(scene.body, options)));
     print_candidates(plan);

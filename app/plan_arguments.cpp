@@ -26,10 +26,10 @@ void PlanArguments::add_to(CLI::App& command, bool with_layout) {
         ->capture_default_str();
     command.add_option("--wisdom", wisdom_file,
                        "wisdom that --effort measure and stored read; default: where hybmss tune puts it");
-    add_tile_options(command, tile_nodes, integration);
     if (with_layout) {
         command.add_option("--layout", layout, "how the body lies in memory; default: the plan's choice");
     }
+    add_tile_option(command, one_tile);
 }
 
 bool PlanArguments::names_precision() const {
@@ -42,10 +42,9 @@ SimulationOptions PlanArguments::options() const {
     options.plan.instruction_set = parse_instruction_set(instruction_set);
     resolve(options.plan.instruction_set); // refuses what the machine has not
     options.plan.threads = threads;
+    options.plan.one_tile = one_tile;
     require_lattice_layout("--layout", layout);
     options.plan.layout = layout;
-    options.plan.tile_nodes = tile_nodes;
-    options.plan.integration = parse_integration(integration);
     options.plan.effort = parse_effort(effort);
     if (options.plan.effort == Effort::estimate) {
         if (!wisdom_file.empty()) {
@@ -80,15 +79,8 @@ void PlanArguments::read_wisdom(Effort wanted) const {
     }
 }
 
-void add_tile_options(CLI::App& command, std::size_t& tile_nodes, std::string& integration) {
-    command.add_option("--tile-nodes", tile_nodes, "about how many nodes a tile has; 0: the body's own rule")
-        ->check(CLI::Range(0.0, 1e9)) // text: a number without a sign would wrap around
-        ->capture_default_str();
-    command
-        .add_option("--integration", integration,
-                    "fused (in the sweep that computes the forces), split (in a pass of its own) or automatic")
-        ->check(CLI::IsMember({"automatic", "fused", "split"}))
-        ->capture_default_str();
+void add_tile_option(CLI::App& command, bool& one_tile) {
+    command.add_flag("--one-tile", one_tile, "the body in one piece, so with one thread: other last bits, no joins");
 }
 
 std::filesystem::path default_wisdom_file() {

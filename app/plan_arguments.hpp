@@ -1,13 +1,12 @@
 #pragma once
 
 /// \file
-/// The options that every command on a scene takes: --isa, --threads, --precision, --layout, --tile-nodes,
-/// --integration, --effort, --wisdom.
+/// The options that every command on a scene takes: --isa, --threads, --precision, --layout, --one-tile, --effort,
+/// --wisdom.
 
 #include "hybmss/simulation/simulation.hpp"
 #include "hybmss/wisdom.hpp"
 
-#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -22,8 +21,7 @@ namespace hybmss {
 struct PlanArguments {
     std::string instruction_set = "automatic", precision = "double", layout, effort = "estimate", wisdom_file;
     int threads = 0;
-    std::size_t tile_nodes = 0;
-    std::string integration = "automatic";
+    bool one_tile = false;
     std::shared_ptr<Wisdom> wisdom = std::make_shared<Wisdom>(); ///< what options() refers to
 
     void add_to(CLI::App& command, bool with_layout);
@@ -40,8 +38,8 @@ private:
     CLI::Option* precision_option_ = nullptr;
 };
 
-/// --tile-nodes and --integration.
-void add_tile_options(CLI::App& command, std::size_t& tile_nodes, std::string& integration);
+/// --one-tile
+void add_tile_option(CLI::App& command, bool& one_tile);
 
 /// Where wisdom is kept unless --wisdom says otherwise: $XDG_CACHE_HOME/hybmss/wisdom or ~/.cache/hybmss/wisdom. Throws
 /// std::invalid_argument where the environment names neither.

@@ -221,8 +221,7 @@ void run_scene(const RunArguments& arguments) {
 }
 
 void refuse_what_the_checkpoint_fixes(const CLI::App& command) {
-    for (const char* fixed :
-         {"--precision", "--layout", "--isa", "--effort", "--wisdom", "--tile-nodes", "--integration"}) {
+    for (const char* fixed : {"--precision", "--layout", "--isa", "--effort", "--wisdom", "--one-tile"}) {
         if (command.get_option(fixed)->count() > 0) {
             throw std::invalid_argument(std::string(fixed) + " excludes --restart: what the checkpoint holds goes on");
         }
@@ -244,9 +243,9 @@ void add_run_command(CLI::App& app) {
     command->add_option("--out", arguments->out, "directory for summary.json, probes.csv, body_NNNN.vtu and body.pvd")
         ->check(a_path());
     arguments->plan.add_to(*command, true);
-    CLI::Option* restart = command->add_flag(
-        "--restart", arguments->restart,
-        "go on from the checkpoint in --out, with its precision, instruction set, layout, tiles and integration");
+    CLI::Option* restart =
+        command->add_flag("--restart", arguments->restart,
+                          "go on from the checkpoint in --out, with its precision, instruction set, layout and tiles");
     restart->needs("--out");
     command
         ->add_option("--checkpoint-every", arguments->checkpoint_every,

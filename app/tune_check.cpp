@@ -1,7 +1,7 @@
 #include "app/tune_check.hpp"
 
 #include "plan/tuning/candidates.hpp"
-#include "plan/tuning/tuner_race.hpp"
+#include "plan/tuning/tuner.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -83,8 +83,7 @@ std::vector<ExhaustiveFigure> time_exhaustively(const TuneRow& row, const PlanOp
     constexpr double kSlice = 10e-3;
     std::vector<Runner> runners;
     for (const Candidate& candidate :
-         candidates(row.as_network ? network_layouts() : lattice_layouts(), options, row.lattice.grid_node_count(),
-                    row.forces ? Operation::forces : Operation::step)) {
+         candidates(row.as_network ? network_layouts() : lattice_layouts(), options, row.lattice.grid_node_count())) {
         const PlanOptions fixed = fixed_options(options, candidate);
         Work work = row.precision == Precision::float32 ? make_work<float>(row, fixed) : make_work<double>(row, fixed);
         work(1);

@@ -22,8 +22,7 @@ using namespace hybmss;
 struct TuneArguments {
     std::string scene, wisdom_file, instruction_set = "automatic", layout, precision = "both", operation = "step";
     int threads = 0;
-    std::size_t tile_nodes = 0;
-    std::string integration = "automatic";
+    bool one_tile = false;
     double seconds = 0.3;
     bool matrix = false, check = false;
 };
@@ -133,13 +132,12 @@ void tune(const TuneArguments& arguments) {
     require_lattice_layout("--layout", arguments.layout);
     options.layout = arguments.layout;
     options.threads = arguments.threads;
-    options.tile_nodes = arguments.tile_nodes;
-    options.integration = parse_integration(arguments.integration);
+    options.one_tile = arguments.one_tile;
     options.effort = Effort::measure;
     options.measure_seconds = arguments.seconds;
 
     std::vector<TuneRow> rows = rows_of(arguments);
-    if (!options.layout.empty() || options.integration == Integration::fused) {
+    if (!options.layout.empty()) {
         std::erase_if(rows, [](const TuneRow& row) { return row.as_network; });
     }
     const std::filesystem::path file = file_of(arguments);
@@ -205,6 +203,6 @@ void add_tune_command(CLI::App& app) {
     command->add_option("--isa", arguments->instruction_set, "instruction set: automatic, sse2, avx2, avx512 or neon")
         ->capture_default_str();
     command->add_option("--layout", arguments->layout, "for lattices, this layout only");
-    add_tile_options(*command, arguments->tile_nodes, arguments->integration);
+    add_tile_option(*command, arguments->one_tile);
     command->callback([arguments] { tune(*arguments); });
 }

@@ -63,9 +63,12 @@ struct Batch<T>::Implementation {
 };
 
 template <class T>
-Batch<T>::Batch(int threads)
-    : implementation_(std::make_unique<Implementation>(
-          Implementation{Workers(useful_threads(threads, std::numeric_limits<std::size_t>::max()))})) {}
+Batch<T>::Batch(int threads) {
+    PlanOptions options;
+    options.threads = threads;
+    implementation_ = std::make_unique<Implementation>(
+        Implementation{Workers(useful_threads(options, std::numeric_limits<std::size_t>::max()))});
+}
 template <class T>
 Batch<T>::Batch(Batch&&) noexcept = default;
 template <class T>

@@ -8,9 +8,9 @@ namespace hybmss {
 
 template <class T>
 void ExplicitDynamics<T>::Implementation::check_cut(const Lattice& lattice, std::span<const std::uint32_t> cells) {
-    if (!body->can_be_cut()) {
-        throw std::invalid_argument("layout \"" + body->describe().layout +
-                                    "\" cannot be cut while it moves: flat-rows and active-rows can");
+    if (const std::string layout = body->describe().layout; !can_be_cut(layout)) {
+        throw std::invalid_argument("layout \"" + layout +
+                                    "\" cannot be cut while it moves: " + layouts_that_can_be_cut() + " can");
     }
     for (const std::uint32_t cell : cells) {
         if (cell >= lattice.cell_scales().size()) {
@@ -37,7 +37,7 @@ void ExplicitDynamics<T>::Implementation::check_cut(const Lattice& lattice, std:
 
 template <class T>
 bool ExplicitDynamics<T>::can_remove_cells() const {
-    return implementation_->body->can_be_cut();
+    return can_be_cut(implementation_->body->describe().layout);
 }
 
 template <class T>

@@ -61,17 +61,17 @@ Run run_reference(const reference::Body& body, const StepParameters& parameters,
     return run;
 }
 
-/// Gravity, damping and prescribed nodes, or none of them: kernels have a variant of its own for each. Then with what
-/// takes kernels of its own besides: integration in a pass of its own, damping along the springs.
+/// Gravity, damping and prescribed nodes, or none of them: kernels have a variant of its own for each. Then the
+/// body in one tile, and damping along the springs, which takes kernels of its own.
 struct Case {
     const char* check;
     bool driven;
-    bool split = false;
+    bool one_tile = false;
     double spring_damping = 0; ///< in critical time steps
 };
 constexpr Case kCases[] = {{"50 driven steps", true},
                            {"50 free steps", false},
-                           {"split steps", true, true},
+                           {"one-tile steps", true, true},
                            {"damped steps", true, false, 0.1}};
 
 StepParameters step_parameters(const Case& which, double critical_time_step, double cell_size) {
@@ -98,7 +98,7 @@ void compare(const TestBody& body, const Case& which, const MatrixOptions& optio
     const double eps = epsilon(precision_name<T>());
     for (RowKey key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
         PlanOptions plan = plan_options(key);
-        plan.integration = which.split ? Integration::split : Integration::automatic;
+        plan.one_tile = which.one_tile;
         auto dynamics = make_planned<ExplicitDynamics<T>>(body, plan);
         const double spring_damping = which.spring_damping * dynamics.critical_time_step();
         dynamics.damp_springs(spring_damping);

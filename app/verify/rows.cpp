@@ -38,7 +38,7 @@ constexpr Tolerance kProperties[] = {
     {"spring damping", 3,
      "at a strain of 0.1, velocities of up to a cell a second: over the greatest of any node's sums of magnitudes"},
     {"critical time step", 8, "excess over 2 / sqrt(largest eigenvalue of M^-1 K), found by power iteration"},
-    {"split steps", 50, "as the next but one, with integration in a pass of its own", kStepsOfForces},
+    {"one-tile steps", 50, "as the next but two, with the body in one tile", kStepsOfForces},
     {"damped steps", 50, "as the next but one, with damping along the springs", kStepsOfForces},
     {"50 free steps", 50, "as the next, without gravity, damping and prescribed nodes", kStepsOfForces},
     {"50 driven steps", 50,

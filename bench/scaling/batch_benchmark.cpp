@@ -3,7 +3,7 @@
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
 #include "bench/printed.hpp"
-#include "plan/tuning/tuner_race.hpp"
+#include "plan/tuning/tuner.hpp"
 
 #include "hybmss/batch.hpp"
 

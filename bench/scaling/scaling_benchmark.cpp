@@ -4,7 +4,7 @@
 #include "bench/machine.hpp"
 #include "bench/moving_body.hpp"
 #include "bench/printed.hpp"
-#include "plan/tuning/tuner_race.hpp"
+#include "plan/tuning/tuner.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
 #include "bench/printed.hpp"
-#include "plan/bodies/body.hpp"
+#include "plan/bodies/layout_table.hpp"
 
 #include <algorithm>
 #include <cmath>

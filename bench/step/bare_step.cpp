@@ -1,6 +1,6 @@
 #include "bench/step/bare_step.hpp"
 
-#include "plan/bodies/body.hpp"
+#include "plan/bodies/layout_table.hpp"
 
 namespace hybmss::bench {
 

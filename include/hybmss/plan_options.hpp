@@ -8,7 +8,6 @@
 #include "hybmss/instruction_set.hpp"
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,33 +17,18 @@ namespace hybmss {
 struct TaskRunner;
 class Wisdom;
 
-/// How a plan chooses among the layouts, instruction sets, accuracies, threads, tiles and integrations that the options
-/// leave open.
+/// How a plan chooses among the layouts, instruction sets, accuracies, threads and tiles that the options leave open.
 enum class Effort {
     estimate, ///< a fixed choice, nothing is timed; the same on every run
     measure,  ///< what the wisdom holds, else times the candidates; may differ from run to run
-    stored,   ///< only what the wisdom holds, else std::invalid_argument; the same on every run
-    random    ///< any valid candidate, drawn by `random_seed`: for tests
+    stored    ///< only what the wisdom holds, else std::invalid_argument; the same on every run
 };
 
-/// "estimate", "measure", "stored" or "random".
+/// "estimate", "measure" or "stored".
 HYBMSS_EXPORT std::string_view name(Effort effort);
 
 /// The inverse of name(). Throws std::invalid_argument that lists the known names.
 HYBMSS_EXPORT Effort parse_effort(std::string_view text);
-
-/// Where a step moves the nodes on.
-enum class Integration {
-    automatic, ///< fused where the layout can
-    fused,     ///< in the sweep that computes the forces, as soon as it has passed them: flat-rows and active-rows
-    split      ///< in a pass of its own, after all forces are stored
-};
-
-/// "automatic", "fused" or "split".
-HYBMSS_EXPORT std::string_view name(Integration integration);
-
-/// The inverse of name(). Throws std::invalid_argument that lists the known names.
-HYBMSS_EXPORT Integration parse_integration(std::string_view text);
 
 struct PlanOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
@@ -60,19 +44,16 @@ struct PlanOptions {
     /// Worker threads at most, >= 0; 0 for all of the machine. A small body takes fewer. The results do not depend on
     /// it.
     int threads = 0;
-    /// About how many nodes a tile has, the piece of a body that one thread works on at a time; 0 for the body's own
-    /// rule. The layout without tiles (coloured-soa) takes no notice of it. It decides in which order sums are made, so
-    /// another size gives other last bits; threads give the same ones at every size.
-    std::size_t tile_nodes = 0;
-    /// Of steps alone. Results differ in their last bits.
-    Integration integration = Integration::automatic;
+    /// The body as one tile, so with one thread: nothing has to be joined where tiles meet, which large bodies gain up
+    /// to a tenth by. Sums are made in another order than in tiles, so the last bits are others. In the
+    /// layout coloured-soa, which has no tiles, it is one thread and nothing else.
+    bool one_tile = false;
     Effort effort = Effort::estimate;
     /// Read by `stored` and `measure`; `measure` adds what it finds. Owned by the caller, used during construction
     /// only; null: none.
     Wisdom* wisdom = nullptr;
     /// About how long, in s, `measure` may time candidates for one plan; finite and > 0.
     double measure_seconds = 0.3;
-    std::uint32_t random_seed = 1;
     /// Threads of the caller's in place of oneTBB's; null: oneTBB. Copied; what its `user` points to must live as long
     /// as the plan. `threads` above counts as before, but no more than the runner has.
     const TaskRunner* task_runner = nullptr;
@@ -80,7 +61,7 @@ struct PlanOptions {
 
 /// What the tuner found of one candidate.
 struct CandidateFigure {
-    std::string name;            ///< layout/instruction set/accuracy/threads:N, and /tile:NODES or /split where so
+    std::string name;            ///< layout/instruction set/accuracy/threads:N, and /one-tile where so
     double ns_per_cell_step = 0; ///< per node where the body has no cells
     bool finalist = false; ///< timed to the end on the full sample, not dropped early: its figure is the surer one
 };
@@ -94,11 +75,10 @@ struct PlanDescription {
     int threads = 1;
     std::size_t nodes = 0, springs = 0, cells = 0;
     std::size_t bytes = 0; ///< held by the plan itself, scratch included
-    std::size_t tiles = 0; ///< independent pieces of work; fixed by the body and tile_nodes, not by the threads
-    Integration integration = Integration::split; ///< fused or split
-    /// What makes this very plan of the same body again, with nothing timed; names no wisdom and no task runner. Where
-    /// they were left open, its `layout` may be "" (of an estimate) and its `integration` automatic: the same rule
-    /// settles them again, and `layout` and `integration` above tell how.
+    std::size_t tiles = 0; ///< independent pieces of work; fixed by the body and one_tile, not by the threads
+    /// What makes this very plan of the same body again, with nothing timed; names no wisdom and no task runner. Its
+    /// `layout` may be "" (of an estimate) where it was left open: the same rule settles it again, and `layout` above
+    /// tells how.
     PlanOptions choice;
     Effort effort = Effort::estimate;
     std::string reason;                      ///< why this choice, in one line

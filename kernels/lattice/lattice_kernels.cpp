@@ -13,21 +13,11 @@ void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
     }
 }
 
-/// Integrates a plane of nodes by the forces in `partial`, after all planes have theirs.
-template <bool driven, class V>
-void lattice_integrate(const LatticeLayer<Scalar<V>>& layer) {
-    for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-        integrate_nodes<driven>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n,
-                                load_force<V>(layer.partial, n));
-    }
-}
-
 } // namespace
 
 HYBMSS_DEFINE_KERNEL(lattice_layer);
 HYBMSS_DEFINE_KERNEL(lattice_top);
 HYBMSS_DEFINE_KERNEL(lattice_join);
-HYBMSS_DEFINE_KERNEL(lattice_integrate);
 HYBMSS_DEFINE_KERNEL(lattice_energy);
 HYBMSS_DEFINE_KERNEL(lattice_top_energy);
 

@@ -4,7 +4,7 @@
 #include "hybmss/force_plan.hpp"
 #include "kernels/kernel_table.hpp"
 #include "layouts/aligned_array.hpp"
-#include "layouts/node_runs.hpp"
+#include "layouts/node_numbers.hpp"
 #include "plan/bodies/critical_time_step.hpp"
 #include "plan/threads/workers.hpp"
 
@@ -89,11 +89,9 @@ public:
     double critical_time_step() const { return frequencies().critical_time_step(); }
     virtual PlanDescription describe() const = 0;
 
-    /// Whether take_over() is there.
-    virtual bool can_be_cut() const { return false; }
     /// Stiffnesses and masses at the nodes become those of `cut`, which has lost `removed` cells, all at these nodes.
-    /// In time proportional to the nodes named. Nodes keep their numbers and places; one without any cell has no mass.
-    /// Nothing may run on the body meanwhile.
+    /// In time proportional to the nodes named. Only for layouts that can be cut (layout_table.hpp). Nodes keep their
+    /// numbers and places; one without any cell has no mass. Nothing may run on the body meanwhile.
     virtual void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed);
 
     virtual State<T> make_state(bool moving) const = 0;
@@ -173,18 +171,6 @@ private:
 
     std::shared_ptr<const Workers> workers_;
 };
-
-/// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one.
-std::vector<std::string> distinct_lattice_layouts();
-
-/// The layout that a lattice gets where nothing is timed: active-rows where at most half of the cells are filled and
-/// rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else flat-rows. The same on every machine.
-std::string estimated_layout(const Lattice& lattice);
-
-template <class T>
-std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options);
-template <class T>
-std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& options);
 
 extern template class Body<float>;
 extern template class Body<double>;

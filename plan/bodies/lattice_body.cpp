@@ -1,7 +1,6 @@
 #include "plan/bodies/lattice_body.hpp"
 
-#include "layouts/lattice/active_rows.hpp"
-#include "layouts/lattice/flat_rows.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
 #include "plan/bodies/critical_time_step.hpp"
 #include "plan/bodies/plan_description.hpp"
 
@@ -19,16 +18,12 @@ namespace {
 /// from core to core far more; so no more of them either than threads that are of use, but two where there are layers
 /// enough. A power of two, so that two, four and eight threads get equal shares: of the lanes that the layers sweep, as
 /// near as layers allow.
-///
-/// Where the size of a tile is given, as many as come nearest to it.
 template <class T>
-std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t grid_nodes,
-                                           std::size_t tile_nodes) {
+std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t grid_nodes, bool one_tile) {
     const std::size_t layers = layout.planes - 1;
     const std::size_t nodes = layout.neighbors.empty() ? grid_nodes : layout.size(); // that are swept
     const std::size_t of_use = std::clamp<std::size_t>(1 + nodes / kNodesPerThread, 2, 16);
-    const std::size_t slabs = tile_nodes ? std::clamp<std::size_t>((nodes + tile_nodes / 2) / tile_nodes, 1, layers)
-                                         : std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
+    const std::size_t slabs = one_tile ? 1 : std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
     const std::size_t all = layout.begin[layers] - layout.begin[0];
     std::vector<std::size_t> begin = {0};
     for (std::size_t s = 1; s < slabs; ++s) {
@@ -58,17 +53,16 @@ void point_to(T* (&pointers)[3], AlignedArray<T>* arrays) {
 
 template <class T>
 LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
-                            const std::string& layout)
-    : Body<T>(Workers(useful_threads(options.threads, lattice.grid_node_count(), options.task_runner),
-                      options.task_runner)),
-      name_(layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
-      layout_(layout == kActiveRows ? active_rows<T>(lattice, material, table_->width)
-                                    : flat_rows<T>(lattice, material)),
-      material_(material), active_(layout == kActiveRows), face_diagonals_(material.face_diagonal_ratio > 0),
+                            LatticeRows rows)
+    : Body<T>(Workers(useful_threads(options, lattice.grid_node_count()), options.task_runner)), name_(options.layout),
+      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
+      layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, table_->width)
+                                          : flat_rows<T>(lattice, material)),
+      material_(material), active_(rows == LatticeRows::active), face_diagonals_(material.face_diagonal_ratio > 0),
       volume_(kernel_volume(resolved_volume_energy(material))), accuracy_(options.accuracy),
-      slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.tile_nodes)),
-      split_(options.integration == Integration::split), frequencies_(lattice_frequencies(lattice, material)),
-      springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
+      slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.one_tile)),
+      frequencies_(lattice_frequencies(lattice, material)), springs_(lattice.merged_springs(face_diagonals_).total()),
+      cells_(lattice.cell_count()) {}
 
 template <class T>
 State<T> LatticeBody<T>::make_state(bool moving) const {
@@ -84,9 +78,6 @@ State<T> LatticeBody<T>::make_state(bool moving) const {
     const std::size_t count = 6 * joins + 6 * static_cast<std::size_t>(this->workers().threads());
     for (std::size_t b = 0; b < count; ++b) {
         state.buffers.emplace_back(layout_.plane);
-    }
-    if (moving && split_) {
-        allocate_forces(state);
     }
     return state;
 }
@@ -232,24 +223,7 @@ StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& para
 }
 
 template <class T>
-Stage LatticeBody<T>::integration(State<T>& state, const StepParameters& parameters) const {
-    const StepConstants<T> constants = constants_along_axes(parameters);
-    const auto integrate = table_->lattice_integrate(is_driven(parameters));
-    return {layout_.planes, [this, &state, constants, integrate](std::size_t k, std::size_t) {
-                Layer plane = layer_at(state, k);
-                point_to(plane.partial, state.force, layout_.axes, layout_.begin[k]);
-                plane.step = constants;
-                integrate(plane);
-            }};
-}
-
-template <class T>
 std::vector<Stage> LatticeBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
-    if (split_) {
-        std::vector<Stage> stages = sweep(state, Finish::store, {});
-        stages.push_back(integration(state, parameters));
-        return stages;
-    }
     const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
     return sweep(state, finish, constants_along_axes(parameters));
 }
@@ -296,7 +270,6 @@ PlanDescription LatticeBody<T>::describe() const {
     d.cells = cells_;
     d.bytes = layout_.bytes();
     d.tiles = slabs();
-    d.integration = split_ ? Integration::split : Integration::fused;
     return d;
 }
 

@@ -11,10 +11,10 @@
 
 namespace hybmss {
 
-inline constexpr const char* kFlatRows = "flat-rows";
-inline constexpr const char* kActiveRows = "active-rows";
+/// How a lattice's rows lie in memory: flat_rows() or active_rows().
+enum class LatticeRows { flat, active };
 
-/// A lattice in the layout flat-rows or active-rows, swept layer by layer.
+/// A lattice swept layer by layer.
 ///
 /// The layers of cells are divided into slabs, by the body alone, so that results do not depend on the threads. Slabs
 /// meet in a plane of nodes, where each leaves what it adds in a buffer of its own. Whoever of the two comes second
@@ -22,9 +22,7 @@ inline constexpr const char* kActiveRows = "active-rows";
 template <class T>
 class LatticeBody final : public Body<T> {
 public:
-    /// `layout`: one of the names above.
-    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
-                const std::string& layout);
+    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options, LatticeRows rows);
 
     std::span<const double> masses() const override { return layout_.masses; }
     std::span<const NodeRun> runs() const override { return layout_.runs; }
@@ -32,7 +30,6 @@ public:
     double length_unit() const override { return layout_.cell_size; }
     const FrequencyBounds& frequencies() const override { return frequencies_; }
     PlanDescription describe() const override;
-    bool can_be_cut() const override { return true; }
     void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) override;
 
     State<T> make_state(bool moving) const override;
@@ -54,8 +51,6 @@ private:
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
     void allocate_forces(State<T>& state) const;
-    /// Integrates all nodes by the forces in the state.
-    Stage integration(State<T>& state, const StepParameters& parameters) const;
     kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
     /// Springs whose first node, or whose cell's low corner, lies at `index`.
     std::size_t springs_from(std::size_t index) const;
@@ -97,7 +92,6 @@ private:
     kernels::Volume volume_;
     Accuracy accuracy_;
     std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
-    bool split_;                          ///< whether nodes are integrated in a pass of its own
     FrequencyBounds frequencies_;
     std::size_t springs_, cells_;
 };

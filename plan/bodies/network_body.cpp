@@ -30,8 +30,7 @@ void append_colors(const std::vector<std::size_t>& color_begin, const Visit& vis
 
 template <class T>
 NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(
-          Workers(useful_threads(options.threads, network.masses.size(), options.task_runner), options.task_runner)),
+    : Body<T>(Workers(useful_threads(options, network.masses.size()), options.task_runner)), name_(options.layout),
       layout_(network), run_{0, 0, layout_.node_count},
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
       volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
@@ -271,7 +270,7 @@ template <class T>
 PlanDescription NetworkBody<T>::describe() const {
     PlanDescription d;
     d.instruction_set = table_->instruction_set;
-    d.layout = "coloured-soa";
+    d.layout = name_;
     d.kernel = std::string("network_springs<") + std::string(name(accuracy_)) + ">";
     if (volume_ != kernels::Volume::none) {
         d.kernel += std::string(" + network_cells<") +

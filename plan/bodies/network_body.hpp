@@ -6,7 +6,7 @@
 
 namespace hybmss {
 
-/// A network in the layout coloured-soa: colours run one after the other, the blocks of a colour in parallel.
+/// A network as structures of arrays (ColoredSoa): colours run one after the other, the blocks of a colour in parallel.
 ///
 /// Within a colour every node is written once at most, so neither the order of blocks nor the threads change a bit.
 template <class T>
@@ -54,6 +54,7 @@ private:
     template <class Visit>
     double sum_over_pieces(std::size_t size, const Visit& visit) const;
 
+    std::string name_; ///< of the layout
     ColoredSoa<T> layout_;
     NodeRun run_;
     const kernels::KernelTable<T>* table_;

@@ -7,12 +7,8 @@
 namespace hybmss {
 namespace {
 
-constexpr std::pair<Effort, std::string_view> kEfforts[] = {{Effort::estimate, "estimate"},
-                                                            {Effort::measure, "measure"},
-                                                            {Effort::stored, "stored"},
-                                                            {Effort::random, "random"}};
-constexpr std::pair<Integration, std::string_view> kIntegrations[] = {
-    {Integration::automatic, "automatic"}, {Integration::fused, "fused"}, {Integration::split, "split"}};
+constexpr std::pair<Effort, std::string_view> kEfforts[] = {
+    {Effort::estimate, "estimate"}, {Effort::measure, "measure"}, {Effort::stored, "stored"}};
 constexpr std::pair<Accuracy, std::string_view> kAccuracies[] = {
     {Accuracy::fast, "fast"}, {Accuracy::accurate, "accurate"}, {Accuracy::exact, "exact"}};
 
@@ -46,13 +42,6 @@ std::string_view name(Effort effort) {
 }
 Effort parse_effort(std::string_view text) {
     return parse_in(kEfforts, "effort", text);
-}
-
-std::string_view name(Integration integration) {
-    return name_in(kIntegrations, integration);
-}
-Integration parse_integration(std::string_view text) {
-    return parse_in(kIntegrations, "integration", text);
 }
 
 std::string_view name(Accuracy accuracy) {

@@ -40,11 +40,10 @@ double sum_over_pieces(std::size_t begin, std::size_t end, const Energy& energy)
 
 template <class T>
 PackedNetworkBody<T>::PackedNetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(
-          Workers(useful_threads(options.threads, network.masses.size(), options.task_runner), options.task_runner)),
+    : Body<T>(Workers(useful_threads(options, network.masses.size()), options.task_runner)), name_(options.layout),
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), accuracy_(options.accuracy),
       volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
-      layout_(network, table_->width, options.tile_nodes), run_{0, 0, layout_.node_count},
+      layout_(network, table_->width, options.one_tile), run_{0, 0, layout_.node_count},
       frequencies_(network_frequencies(network)) {}
 
 template <class T>
@@ -260,7 +259,7 @@ template <class T>
 PlanDescription PackedNetworkBody<T>::describe() const {
     PlanDescription d;
     d.instruction_set = table_->instruction_set;
-    d.layout = "packed-xyzw";
+    d.layout = name_;
     d.kernel = std::string("packed_springs<") + std::string(name(accuracy_)) + ">";
     if (volume_ != kernels::Volume::none) {
         d.kernel += std::string(" + packed_cells<") +

@@ -5,7 +5,7 @@
 
 namespace hybmss {
 
-/// A network in the layout packed-xyzw.
+/// A network with packed nodes (PackedXyzw).
 ///
 /// The colours of its tiles run one after the other, the tiles of a colour in parallel. Tiles of a colour share no
 /// node, so each node gets its contributions in the order of the colours, whatever the threads do.
@@ -57,6 +57,7 @@ private:
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 
+    std::string name_; ///< of the layout
     const kernels::KernelTable<T>* table_;
     Accuracy accuracy_;
     kernels::Volume volume_;

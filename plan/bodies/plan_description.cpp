@@ -67,7 +67,6 @@ std::string to_string(const PlanDescription& d) {
          << "precision        " << d.precision << "\n"
          << "threads          " << d.threads << "\n"
          << "tiles            " << d.tiles << "\n"
-         << "integration      " << name(d.integration) << "\n"
          << "nodes            " << d.nodes << "\n"
          << "springs          " << d.springs << "\n"
          << "cells            " << d.cells << "\n"

@@ -21,7 +21,6 @@ public:
     const FrequencyBounds& frequencies() const override { return inner_->frequencies(); }
     PlanDescription describe() const override;
 
-    bool can_be_cut() const override { return inner_->can_be_cut(); }
     void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) override {
         inner_->take_over(cut, nodes, removed);
     }

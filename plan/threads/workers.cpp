@@ -81,7 +81,9 @@ void Workers::run(std::size_t count, std::function<void(std::size_t, std::size_t
     run({&stage, 1}, 1);
 }
 
-int useful_threads(int wanted, std::size_t nodes, const TaskRunner* runner) {
+int useful_threads(const PlanOptions& options, std::size_t nodes) {
+    const int wanted = options.threads;
+    const TaskRunner* runner = options.task_runner;
     if (wanted < 0) {
         throw std::invalid_argument("threads = " + std::to_string(wanted) +
                                     " is not allowed: it must be at least 0 (0: all of the machine)");
@@ -89,6 +91,9 @@ int useful_threads(int wanted, std::size_t nodes, const TaskRunner* runner) {
     if (runner && (!runner->enqueue || !runner->finish || runner->threads < 1)) {
         throw std::invalid_argument("task_runner: it needs enqueue, finish and at least 1 thread (threads = " +
                                     std::to_string(runner->threads) + ")");
+    }
+    if (options.one_tile) {
+        return 1;
     }
     const auto useful = static_cast<int>(std::min<std::size_t>(1 + nodes / kNodesPerThread, 1024));
     const int all = runner ? runner->threads : tbb::info::default_concurrency();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "hybmss/plan_options.hpp"
 #include "hybmss/task_runner.hpp"
 #include "plan/threads/staged_run.hpp"
 
@@ -41,9 +42,9 @@ private:
 /// A thread's share of a body, at least.
 inline constexpr std::size_t kNodesPerThread = 2048;
 
-/// The threads a body of `nodes` nodes takes, of the `wanted` (0: all of the machine, or of the runner): a small body's
-/// pieces are shorter than the time it takes to hand them out. Throws std::invalid_argument for less than 0 threads and
-/// for a runner without functions or threads.
-int useful_threads(int wanted, std::size_t nodes, const TaskRunner* runner = nullptr);
+/// The threads a body of `nodes` nodes takes, of those that the options allow: a small body's pieces are shorter than
+/// the time it takes to hand them out, and one tile is one piece. Throws std::invalid_argument for less than 0 threads
+/// and for a runner without functions or threads.
+int useful_threads(const PlanOptions& options, std::size_t nodes);
 
 } // namespace hybmss

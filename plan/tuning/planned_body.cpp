@@ -2,13 +2,11 @@
 
 #include "plan/tuning/candidates.hpp"
 #include "plan/tuning/tuner.hpp"
-#include "plan/tuning/wisdom_class.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <random>
 #include <sstream>
 #include <stdexcept>
 
@@ -54,12 +52,11 @@ class Planner {
 public:
     Planner(const TunerSubject<T>& subject, const PlanOptions& options, Operation operation)
         : subject_(subject), options_(options), operation_(operation),
-          candidates_(candidates(subject.layouts, options, subject.nodes, operation)),
+          candidates_(candidates(subject.layouts, options, subject.nodes)),
           key_((operation == Operation::step ? "step " : "forces ") + subject.body_class + " " + wish_class(options)) {}
 
     PlannedBody<T> measured() {
         check_seconds(options_.measure_seconds);
-        require_candidates();
         if (const std::optional<WisdomEntry> entry = known()) {
             return make(entry->choice, "wisdom for this class of body: " + comparison(*entry, candidates_.front()),
                         entry->figures);
@@ -84,7 +81,6 @@ public:
             throw std::invalid_argument("effort = stored is not allowed without wisdom: name some, or take another "
                                         "effort (estimate, measure)");
         }
-        require_candidates();
         const std::optional<WisdomEntry> entry = known();
         if (!entry) {
             throw std::invalid_argument("effort = stored: none of the " + std::to_string(options_.wisdom->entries()) +
@@ -95,27 +91,9 @@ public:
                     entry->figures);
     }
 
-    PlannedBody<T> random() const {
-        require_candidates();
-        std::mt19937 engine(options_.random_seed);
-        const std::size_t pick = engine() % candidates_.size();
-        return make(candidates_[pick],
-                    "random: candidate " + std::to_string(pick + 1) + " of " + std::to_string(candidates_.size()) +
-                        " by the seed " + std::to_string(options_.random_seed),
-                    {});
-    }
-
 private:
-    /// Only fused steps of a network leave nothing.
-    void require_candidates() const {
-        if (candidates_.empty()) {
-            throw std::invalid_argument("integration = fused is not allowed for this body and layout: only flat-rows "
-                                        "and active-rows can; it must be automatic or split");
-        }
-    }
-
     /// What the wisdom says, if it is a candidate: wisdom is not trusted to name what the options rule out. Threads are
-    /// cut to those of use, and any size of tiles will do: bodies of one class differ a little in size.
+    /// cut to those of use: bodies of one class differ a little in size.
     std::optional<WisdomEntry> known() const {
         if (!options_.wisdom) {
             return std::nullopt;
@@ -125,9 +103,6 @@ private:
         for (const Candidate& candidate : candidates_) {
             Candidate alike = candidate;
             alike.threads = entry ? entry->choice.threads : 0;
-            if (entry && options_.tile_nodes == 0 && has_tiles(candidate.layout)) {
-                alike.tile_nodes = entry->choice.tile_nodes;
-            }
             if (entry && alike == entry->choice && candidate.threads <= entry->choice.threads &&
                 (!fitting || fitting->threads < candidate.threads)) {
                 fitting = &candidate;
@@ -155,17 +130,7 @@ private:
 template <class T>
 PlannedBody<T> plan(const TunerSubject<T>& subject, const PlanOptions& options, Operation operation) {
     Planner<T> planner(subject, options, operation);
-    switch (options.effort) {
-    case Effort::measure:
-        return planner.measured();
-    case Effort::stored:
-        return planner.stored();
-    case Effort::random:
-        return planner.random();
-    case Effort::estimate:
-        break;
-    }
-    throw std::logic_error("an estimate needs no planner");
+    return options.effort == Effort::stored ? planner.stored() : planner.measured();
 }
 
 /// No subject is made for an estimate: its class costs a pass over the body. Nor for a layout that is not known:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "plan/tuning/candidates.hpp"
 #include "plan/tuning/tuner_subject.hpp"
 
 #include <memory>

@@ -1,32 +1,131 @@
 #include "plan/tuning/tuner.hpp"
 
-#include "plan/tuning/tuner_race.hpp"
-#include "plan/tuning/tuner_sample.hpp"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <iterator>
+#include <memory>
+#include <numeric>
 #include <random>
 
 namespace hybmss {
 namespace {
 
-constexpr std::size_t kSieveNodes = 8192; // 20^3
+// ---- timing in rounds
+
+constexpr std::size_t kLeastRounds = 3, kMostRounds = 1000;
+// With many trials three rounds may use up the budget, and three are too few to tell trials apart that differ by 5 %:
+// those left get so many, for at most as much time again.
+constexpr std::size_t kFinalRounds = 10;
+
+// A slice is timed in batches: where another process takes the core, it spoils one of them.
+constexpr long kBatches = 4;
+
+/// How far behind a trial may be after a round. A mood of the machine may have met some trials alone in the first
+/// rounds.
+double drop_limit(std::size_t round) {
+    return round <= 2 ? 2.5 : round == 3 ? 1.6 : 1.25;
+}
+
+struct Runner {
+    const Trial* trial;
+    long batches = 1, steps = 1; ///< batches a slice, steps a batch
+    std::vector<double> seconds_a_step;
+    bool running = true;
+};
+
+/// Doubling until a good part of a slice is measured: one step of a small body is far below the clock's noise. Returns
+/// the seconds spent.
+double calibrate(Runner& runner, double slice_seconds) {
+    // The first call also warms caches and threads up.
+    long steps = 1;
+    double elapsed = (*runner.trial)(steps), spent = elapsed;
+    while (elapsed < 0.25 * slice_seconds && steps < (1L << 40)) {
+        steps *= 2;
+        elapsed = (*runner.trial)(steps);
+        spent += elapsed;
+    }
+    const long fill = std::max(1L, std::lround(slice_seconds / std::max(elapsed, 1e-9) * static_cast<double>(steps)));
+    runner.batches = std::min(kBatches, fill);
+    runner.steps = fill / runner.batches;
+    return spent;
+}
+
+/// Times one slice; returns the seconds spent.
+double run_slice(Runner& runner) {
+    double spent = 0;
+    for (long b = 0; b < runner.batches; ++b) {
+        const double elapsed = (*runner.trial)(runner.steps);
+        runner.seconds_a_step.push_back(elapsed / static_cast<double>(runner.steps));
+        spent += elapsed;
+    }
+    return spent;
+}
+
+} // namespace
+
+double fastest_quarter_mean(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const std::size_t quarter = (values.size() + 3) / 4;
+    return std::accumulate(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(quarter), 0.0) /
+           static_cast<double>(quarter);
+}
+
+std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double budget, double slice_seconds) {
+    std::vector<Runner> runners;
+    double spent = 0;
+    for (const Trial& trial : trials) {
+        runners.push_back({&trial, 1, 1, {}, true});
+        spent += calibrate(runners.back(), slice_seconds);
+    }
+    std::size_t left = runners.size();
+    for (std::size_t round = 1; round <= kMostRounds; ++round) {
+        for (std::size_t r = 0; r < runners.size(); ++r) {
+            // Back and forth, so that none always runs on the same neighbour's leftovers.
+            Runner& runner = runners[round % 2 ? r : runners.size() - 1 - r];
+            if (runner.running) {
+                spent += run_slice(runner);
+            }
+        }
+        if (round >= 2) {
+            const double limit = drop_limit(round);
+            double best = HUGE_VAL;
+            for (const Runner& runner : runners) {
+                best = std::min(best, fastest_quarter_mean(runner.seconds_a_step));
+            }
+            for (Runner& runner : runners) {
+                if (runner.running && fastest_quarter_mean(runner.seconds_a_step) > limit * best) {
+                    runner.running = false;
+                    --left;
+                }
+            }
+        }
+        const double most = round < kFinalRounds ? 2 * budget : budget;
+        if (left <= 1 || (round >= kLeastRounds && spent >= most)) {
+            break;
+        }
+    }
+    std::vector<TrialTiming> results;
+    for (const Runner& runner : runners) {
+        results.push_back({fastest_quarter_mean(runner.seconds_a_step), runner.running});
+    }
+    return results;
+}
+
+// ---- measuring candidates
+
+namespace {
+
+constexpr std::size_t kScreeningNodes = 8192; // 20^3
 constexpr double kScratchBytes = 512e6;
-constexpr double kSieveBehind = 1.5;
-constexpr double kSieveShare = 0.3; // of the time
-constexpr double kVariantsShare = 0.25;
-constexpr double kSlice = 5e-3; // s
-// Of one kernel, where two bodies happen to lie in memory makes this much: a tile size or a split integration must gain
-// more to be chosen.
-constexpr double kVariantTie = 1.05;
+constexpr double kScreeningLimit = 1.5;
+constexpr double kScreeningShare = 0.3; // of the time
+constexpr double kSlice = 5e-3;         // s
 
 /// A candidate's body, with a state of its own and what a caller would bring.
 template <class T>
-class Contestant {
+class TimedBody {
 public:
-    Contestant(std::unique_ptr<Body<T>> body, Operation operation)
+    TimedBody(std::unique_ptr<Body<T>> body, Operation operation)
         : body_(std::move(body)), operation_(operation), state_(body_->make_state(operation == Operation::step)),
           displacements_(3 * body_->node_count()), forces_(displacements_.size(), T(0)) {
         // Small and random: at rest every spring is the same number, and some processors are faster on zeros.
@@ -77,76 +176,77 @@ private:
     StepParameters parameters_;
 };
 
-/// One race among candidates on one body.
-template <class T>
-struct Heat {
+/// What timing some candidates on one body gave.
+struct Timings {
     std::vector<Candidate> candidates;
-    std::vector<RaceResult> results; ///< one a candidate, seconds per step of the whole body
+    std::vector<TrialTiming> trials; ///< one a candidate, seconds per step of the whole body
     double bytes_a_node = 0;         ///< of all candidates together
+
+    double fastest() const {
+        const auto best = std::min_element(trials.begin(), trials.end(), [](const auto& a, const auto& b) {
+            return a.seconds_a_step < b.seconds_a_step;
+        });
+        return best == trials.end() ? HUGE_VAL : best->seconds_a_step;
+    }
 };
 
 template <class T>
-Heat<T> run_heat(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates, Operation operation,
-                 double seconds) {
-    Heat<T> heat;
-    std::vector<std::unique_ptr<Contestant<T>>> contestants;
+Timings time_candidates(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates, Operation operation,
+                        double seconds) {
+    Timings timings;
+    std::vector<std::unique_ptr<TimedBody<T>>> bodies;
     std::vector<Trial> trials;
     for (const Candidate& candidate : candidates) {
-        auto contestant = std::make_unique<Contestant<T>>(subject.make(fixed_options({}, candidate)), operation);
-        // A body may use fewer threads than asked for, and would race against itself.
-        if (contestant->threads() != candidate.threads && candidates.size() > 1) {
+        auto body = std::make_unique<TimedBody<T>>(subject.make(fixed_options({}, candidate)), operation);
+        // A body may use fewer threads than asked for, and would be timed against itself.
+        if (body->threads() != candidate.threads && candidates.size() > 1) {
             continue;
         }
-        heat.bytes_a_node += contestant->bytes_a_node();
-        heat.candidates.push_back(candidate);
-        trials.emplace_back([body = contestant.get()](long steps) { return body->run(steps); });
-        contestants.push_back(std::move(contestant));
+        timings.bytes_a_node += body->bytes_a_node();
+        timings.candidates.push_back(candidate);
+        trials.emplace_back([timed = body.get()](long steps) { return timed->run(steps); });
+        bodies.push_back(std::move(body));
     }
-    heat.results = race(trials, seconds, kSlice);
-    return heat;
-}
-
-double fastest(const std::vector<RaceResult>& results) {
-    double best = HUGE_VAL;
-    for (const RaceResult& result : results) {
-        best = std::min(best, result.seconds_a_step);
-    }
-    return best;
+    timings.trials = time_in_rounds(trials, seconds, kSlice);
+    return timings;
 }
 
 /// The first of those that tie, on fewer threads where that makes no difference.
-template <class T>
-Candidate choose(const Heat<T>& heat, double tie_ratio) {
-    const double tie = tie_ratio * fastest(heat.results);
+Candidate choose(const Timings& timings) {
+    const double tie = kTie * timings.fastest();
     const Candidate* choice = nullptr;
-    for (std::size_t i = 0; i < heat.candidates.size(); ++i) {
-        if (heat.results[i].seconds_a_step <= tie && (!choice || heat.candidates[i].threads < choice->threads)) {
-            choice = &heat.candidates[i];
+    for (std::size_t i = 0; i < timings.candidates.size(); ++i) {
+        if (timings.trials[i].seconds_a_step <= tie && (!choice || timings.candidates[i].threads < choice->threads)) {
+            choice = &timings.candidates[i];
         }
     }
     return *choice;
 }
 
-template <class T>
-void append_figures(const Heat<T>& heat, std::size_t cells, bool last, std::vector<CandidateFigure>& figures) {
-    for (std::size_t i = 0; i < heat.candidates.size(); ++i) {
-        figures.push_back({name(heat.candidates[i]), 1e9 * heat.results[i].seconds_a_step / static_cast<double>(cells),
-                           last && heat.results[i].finalist});
+/// `last`: no later timing of these candidates follows.
+void append_figures(const Timings& timings, std::size_t cells, bool last, std::vector<CandidateFigure>& figures) {
+    for (std::size_t i = 0; i < timings.candidates.size(); ++i) {
+        const TrialTiming& trial = timings.trials[i];
+        figures.push_back({name(timings.candidates[i]), 1e9 * trial.seconds_a_step / static_cast<double>(cells),
+                           last && trial.finalist});
     }
 }
 
-/// Figures of the last heats: one of the same candidate on a larger piece, or later, replaces the one before.
-template <class T>
-void replace_figures(const Heat<T>& heat, std::size_t cells, std::vector<CandidateFigure>& figures) {
-    std::erase_if(figures, [&](const CandidateFigure& figure) {
-        return std::any_of(heat.candidates.begin(), heat.candidates.end(),
-                           [&](const Candidate& candidate) { return name(candidate) == figure.name; });
-    });
-    append_figures(heat, cells, true, figures);
+bool same_kernel(const Candidate& a, const Candidate& b) {
+    return a.layout == b.layout && a.instruction_set == b.instruction_set && a.accuracy == b.accuracy &&
+           a.one_tile == b.one_tile;
 }
 
-bool same_kernel(const Candidate& a, const Candidate& b) {
-    return a.layout == b.layout && a.instruction_set == b.instruction_set && a.accuracy == b.accuracy;
+/// The candidates, each once, with one thread.
+std::vector<Candidate> with_one_thread(std::vector<Candidate> candidates) {
+    std::vector<Candidate> single;
+    for (Candidate& candidate : candidates) {
+        candidate.threads = 1;
+        if (std::find(single.begin(), single.end(), candidate) == single.end()) {
+            single.push_back(candidate);
+        }
+    }
+    return single;
 }
 
 } // namespace
@@ -155,54 +255,39 @@ template <class T>
 WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates,
                     const PlanOptions& options, Operation operation) {
     WisdomEntry entry;
-    const double variants_seconds = kVariantsShare * options.measure_seconds;
-    double seconds = options.measure_seconds - variants_seconds;
-    std::vector<Candidate> left;
-    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(left),
-                 [&](const Candidate& candidate) { return is_plain(candidate, options); });
+    double seconds = options.measure_seconds;
+    std::vector<Candidate> left = candidates;
     std::size_t sample_nodes = kTunerSampleNodes;
-    if (subject.nodes > kSieveNodes) {
-        std::vector<Candidate> single;
-        for (Candidate candidate : left) {
-            candidate.threads = 1;
-            if (std::find(single.begin(), single.end(), candidate) == single.end()) {
-                single.push_back(candidate);
-            }
-        }
-        const TunerSubject<T> piece = subject.sample(kSieveNodes);
-        const Heat<T> heat = run_heat(piece, single, operation, kSieveShare * seconds);
-        seconds *= 1 - kSieveShare;
-        append_figures(heat, piece.cells, false, entry.figures);
-        const double most = kSieveBehind * fastest(heat.results);
+    if (subject.nodes > kScreeningNodes) {
+        const TunerSubject<T> piece = subject.sample(kScreeningNodes);
+        const Timings screening =
+            time_candidates(piece, with_one_thread(candidates), operation, kScreeningShare * seconds);
+        seconds *= 1 - kScreeningShare;
+        append_figures(screening, piece.cells, false, entry.figures);
+        const double most = kScreeningLimit * screening.fastest();
         std::erase_if(left, [&](const Candidate& candidate) {
-            for (std::size_t i = 0; i < heat.candidates.size(); ++i) {
-                if (same_kernel(heat.candidates[i], candidate)) {
-                    return heat.results[i].seconds_a_step > most;
+            for (std::size_t i = 0; i < screening.candidates.size(); ++i) {
+                if (same_kernel(screening.candidates[i], candidate)) {
+                    return screening.trials[i].seconds_a_step > most;
                 }
             }
             return true;
         });
-        const double bytes_a_node =
-            heat.bytes_a_node / static_cast<double>(heat.candidates.size()) * static_cast<double>(left.size());
-        sample_nodes = std::clamp<std::size_t>(static_cast<std::size_t>(kScratchBytes / bytes_a_node), kSieveNodes,
+        const double bytes_a_node = screening.bytes_a_node / static_cast<double>(screening.candidates.size()) *
+                                    static_cast<double>(left.size());
+        sample_nodes = std::clamp<std::size_t>(static_cast<std::size_t>(kScratchBytes / bytes_a_node), kScreeningNodes,
                                                kTunerSampleNodes);
     }
     const bool whole = subject.nodes <= sample_nodes;
     const TunerSubject<T> piece = whole ? subject : subject.sample(sample_nodes);
-    const Heat<T> heat = run_heat(piece, left, operation, seconds);
-    replace_figures(heat, piece.cells, entry.figures);
-    entry.choice = choose(heat, kRaceTie);
-
-    std::vector<Candidate> variants = {entry.choice}; // first: what ties with it does not replace it
-    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(variants), [&](const Candidate& candidate) {
-        return same_kernel(candidate, entry.choice) && candidate.threads == entry.choice.threads &&
-               candidate != entry.choice;
+    const Timings timings = time_candidates(piece, left, operation, seconds);
+    // A candidate's figure on the larger piece replaces that of the screening.
+    std::erase_if(entry.figures, [&](const CandidateFigure& figure) {
+        return std::any_of(timings.candidates.begin(), timings.candidates.end(),
+                           [&](const Candidate& candidate) { return name(candidate) == figure.name; });
     });
-    if (variants.size() > 1) {
-        const Heat<T> last = run_heat(piece, variants, operation, variants_seconds);
-        replace_figures(last, piece.cells, entry.figures);
-        entry.choice = choose(last, kVariantTie);
-    }
+    append_figures(timings, piece.cells, true, entry.figures);
+    entry.choice = choose(timings);
     std::stable_sort(entry.figures.begin(), entry.figures.end(), [](const auto& a, const auto& b) {
         return a.finalist != b.finalist ? a.finalist : a.ns_per_cell_step < b.ns_per_cell_step;
     });

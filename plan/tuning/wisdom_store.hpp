@@ -1,5 +1,8 @@
 #pragma once
 
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+#include "hybmss/network.hpp"
 #include "hybmss/wisdom.hpp"
 #include "plan/tuning/candidates.hpp"
 
@@ -7,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hybmss {
@@ -30,5 +34,36 @@ struct WisdomStore {
     static std::optional<WisdomEntry> find(const Wisdom& wisdom, const std::string& key);
     static void put(Wisdom& wisdom, const std::string& key, WisdomEntry entry);
 };
+
+// ---- what an entry is for
+
+/// Bodies of one class are taken to have the same fastest candidate:
+///
+///     lattice float face-diagonals quadratic nodes:2^13.5 fill:8/8
+///     network double mean-stretch nodes:2^11.0 numbering:scattered
+///
+/// Nodes go by half steps of their binary logarithm, up to those of the largest sample: larger bodies are timed on such
+/// a sample anyway. The filled part of a lattice goes by eighths; where it is at most half, so does active_share. A
+/// network's nodes are numbered locally where its springs' ends lie nearer to each other than half way (in logarithms)
+/// from a lattice's order, about n^(2/3), to a random one, n/3.
+template <class T>
+std::string body_class(const Lattice& lattice, const Material& material);
+template <class T>
+std::string body_class(const Network& network);
+
+/// What the options leave open: "layout:any isa:any accuracy:fast threads:2", and " one-tile" where they say so. The
+/// other half of a wisdom entry's key: what is fastest of all says nothing of what is fastest with one thread.
+std::string wish_class(const PlanOptions& options);
+
+// ---- wisdom as text
+
+/// All entries as text, after a head that tells what they hold for, before a checksum. See docs/tuning.md.
+std::string wisdom_text(const WisdomEntries& entries);
+
+/// The inverse. Throws WisdomError `NAME:LINE: reason` for a text that is damaged, foreign or stale.
+WisdomEntries parse_wisdom(std::string_view text, const std::string& name);
+
+/// The last line of a wisdom file whose other lines are `body`.
+std::string wisdom_checksum_line(std::string_view body);
 
 } // namespace hybmss

@@ -1,19 +1,77 @@
-#include "plan/tuning/wisdom_text.hpp"
-
-#include "plan/tuning/wisdom_origin.hpp"
+#include "hybmss/plan_options.hpp"
+#include "hybmss/version.hpp"
+#include "plan/tuning/digest.hpp"
+#include "plan/tuning/wisdom_store.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
+#include <fstream>
 
 namespace hybmss {
 namespace {
 
-constexpr std::string_view kSchema = "3";
+constexpr std::string_view kSchema = "4";
 constexpr std::string_view kChecksum = "checksum = ";
+
+// ---- where wisdom comes from
+
+/// One line of the head of a wisdom file: wisdom with another value is not for this machine or this build.
+struct WisdomFact {
+    std::string key, value;
+    std::string otherwise; ///< what wisdom is that says something else: "foreign" or "stale", and why
+};
+
+/// From Linux: the model's name on x86, the part's numbers on ARM.
+std::string cpu_model() {
+    std::ifstream cpuinfo("/proc/cpuinfo");
+    std::string line, arm;
+    while (std::getline(cpuinfo, line) && !line.empty()) {
+        const auto colon = line.find(": ");
+        if (colon == std::string::npos) {
+            continue;
+        }
+        const std::string value = line.substr(colon + 2);
+        if (line.starts_with("model name")) {
+            return value;
+        }
+        if (line.starts_with("CPU implementer") || line.starts_with("CPU variant") || line.starts_with("CPU part")) {
+            arm += (arm.empty() ? "" : " ") + value;
+        }
+    }
+    return arm.empty() ? "unknown" : arm;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string all;
+    for (const std::string& word : words) {
+        all += (all.empty() ? "" : " ") + word;
+    }
+    return all;
+}
+
+std::string instruction_sets() {
+    std::vector<std::string> names;
+    for (const InstructionSet set : available_instruction_sets()) {
+        names.emplace_back(name(set));
+    }
+    return joined(names);
+}
+
+/// Library version, CPU model, instruction sets, layouts and a digest of the kernels, in the order in which a file
+/// holds them.
+std::vector<WisdomFact> wisdom_facts() {
+    return {{"version", kVersion, "stale: written by another version of hybmss"},
+            {"cpu", cpu_model(), "foreign: measured on another CPU"},
+            {"instruction_sets", instruction_sets(), "foreign: measured with other instruction sets"},
+            {"lattice_layouts", joined(lattice_layouts()), "stale: measured among other lattice layouts"},
+            {"network_layouts", joined(network_layouts()), "stale: measured among other network layouts"},
+            {"kernels", HYBMSS_KERNEL_REVISION, "stale: measured with other kernels or another compiler"}};
+}
+
+// ---- text
 
 struct Line {
     std::size_t number = 0;
@@ -65,15 +123,6 @@ private:
     std::size_t number_ = 0;
     Line line_;
 };
-
-/// FNV-1a: it guards against accidents, not against malice.
-std::uint64_t hash_of(std::string_view text) {
-    std::uint64_t hash = 14695981039346656037ull;
-    for (const char c : text) {
-        hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
-    }
-    return hash;
-}
 
 /// The text without its checksum, which must be right.
 std::string_view checked_body(std::string_view text, const std::string& name) {
@@ -139,7 +188,7 @@ WisdomEntry parse_entry(Lines& lines) {
     const std::optional<Candidate> choice = parse_candidate(chosen);
     if (!choice) {
         lines.refuse("damaged: the choice \"" + Lines::shown(chosen) +
-                     "\" is not of the form LAYOUT/ISA/ACCURACY/threads:N[/tile:NODES][/split]");
+                     "\" is not of the form LAYOUT/ISA/ACCURACY/threads:N[/one-tile]");
     }
     WisdomEntry entry{*choice, {}};
     const Lines at_choice = lines;
@@ -158,8 +207,10 @@ WisdomEntry parse_entry(Lines& lines) {
 } // namespace
 
 std::string wisdom_checksum_line(std::string_view body) {
+    Digest digest;
+    digest.add(body);
     char line[40];
-    std::snprintf(line, sizeof line, "%s%016llx\n", kChecksum.data(), static_cast<unsigned long long>(hash_of(body)));
+    std::snprintf(line, sizeof line, "%s%016llx\n", kChecksum.data(), static_cast<unsigned long long>(digest.value()));
     return line;
 }
 

@@ -57,7 +57,7 @@ std::array<std::int64_t, 3> MeshFamily::cells(std::int64_t multiple) const {
     return {unit_[0] * multiple, unit_[1] * multiple, unit_[2] * multiple};
 }
 
-Body MeshFamily::body(std::int64_t multiple) const {
+SceneBody MeshFamily::body(std::int64_t multiple) const {
     SceneBody body = body_;
     body.cells = cells(multiple);
     body.cell_size = cell_size(multiple);

@@ -1,6 +1,6 @@
 #include "simulation/run/checkpoint_file.hpp"
 
-#include "simulation/geometry/digest.hpp"
+#include "plan/tuning/digest.hpp"
 #include "simulation/geometry/read_file.hpp"
 #include "simulation/results/atomic_file.hpp"
 

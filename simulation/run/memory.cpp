@@ -1,5 +1,6 @@
 #include "simulation/run/memory.hpp"
 
+#include "plan/bodies/layout_table.hpp"
 #include "simulation/scene/scene_lattice.hpp"
 
 #include <algorithm>
@@ -27,30 +28,24 @@ double grid_nodes(const SceneBody& body) {
     return nodes;
 }
 
-/// How much of its grid a body takes.
-struct Extent {
-    double grid_nodes, cells, nodes;
-    double lanes; ///< of the layout active-rows, its rows along x
-};
-
-Extent full_extent(const SceneBody& body) {
+LatticeExtent full_extent(const SceneBody& body) {
     constexpr double kLanes = 16;
-    Extent extent{grid_nodes(body), 1, 0, 0};
+    LatticeExtent extent{grid_nodes(body), 1, 0, 0};
     for (std::int64_t n : body.cells) {
         extent.cells *= static_cast<double>(n);
     }
     const double row = static_cast<double>(body.cells[0]) + 1;
     extent.nodes = extent.grid_nodes;
-    extent.lanes = extent.nodes * kLanes * std::ceil(row / kLanes) / row;
+    extent.active_lanes = extent.nodes * kLanes * std::ceil(row / kLanes) / row;
     return extent;
 }
 
 /// Row by row of nodes: a node is there where one of the four rows of cells around its row has a cell beside it.
-Extent labelled_extent(const SceneBody& body) {
+LatticeExtent labelled_extent(const SceneBody& body) {
     constexpr std::size_t kLanes = 16;
     const std::int64_t ny = body.cells[1], nz = body.cells[2];
     const auto nx = static_cast<std::size_t>(body.cells[0]);
-    Extent extent{grid_nodes(body), 0, 0, 0};
+    LatticeExtent extent{grid_nodes(body), 0, 0, 0};
     for (std::uint8_t label : body.labels) {
         extent.cells += label != 0;
     }
@@ -72,7 +67,7 @@ Extent labelled_extent(const SceneBody& body) {
                     nodes += (around[n] | around[n + 1]) != 0;
                 }
                 extent.nodes += nodes;
-                extent.lanes += nodes > 0 ? static_cast<double>(kLanes) : 0;
+                extent.active_lanes += nodes > 0 ? static_cast<double>(kLanes) : 0;
             }
         }
     }
@@ -82,28 +77,13 @@ Extent labelled_extent(const SceneBody& body) {
 } // namespace
 
 double estimated_bytes(const SceneBody& body, const SimulationOptions& options) {
-    const Extent extent = body.labels.empty() ? full_extent(body) : labelled_extent(body);
-    const double real = options.precision == Precision::float32 ? 4 : 8;
-    const std::string& layout = options.plan.layout;
+    const LatticeExtent extent = body.labels.empty() ? full_extent(body) : labelled_extent(body);
     // The grid: a label and a scale a cell, the number of a node while the body's are counted.
     double bytes = 9 * extent.grid_nodes;
     // The body's nodes, in double: rest positions, masses, the last good state, and one copy for results; cell corners.
     // While a result is written: positions, displacements, velocities, corners, and the file's text.
     bytes += extent.nodes * (8 * (3 + 1 + 6 + 9) + 40 + 300);
-    // The plan: nine components of state and force, up to eight weights. A node of sparse rows may be a run of its own.
-    const double dense = 17 * real * extent.grid_nodes, sparse = 17 * real * extent.lanes + 24 * extent.nodes;
-    if (layout == "active-rows") {
-        bytes += sparse;
-    } else if (layout == "flat-rows") {
-        bytes += dense;
-    } else if (layout.empty()) {
-        bytes += 2 * extent.cells <= extent.grid_nodes ? std::min(sparse, dense) : dense;
-    } else {
-        // Every other layout is a network's. 13 springs and one cell a node: as given, coloured, and while they are
-        // sorted.
-        bytes += extent.nodes * (17 * real + 13 * 2 * 48.0 + 2 * 64.0);
-    }
-    return bytes;
+    return bytes + plan_bytes(options.plan.layout, extent, options.precision);
 }
 
 double available_bytes() {

@@ -1,5 +1,5 @@
 #include "hybmss/version.hpp"
-#include "simulation/geometry/digest.hpp"
+#include "plan/tuning/digest.hpp"
 #include "simulation/run/checkpoint_file.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 #include "simulation/scene/one_line.hpp"
@@ -15,6 +15,17 @@ void require_version(const CheckpointSections& sections) {
         throw std::runtime_error("it was written by hybmss " + version + ", this is " + std::string(kVersion) +
                                  ": only the same version goes on with the same bits");
     }
+}
+
+bool one_tile_in(const CheckpointSections& sections) {
+    if (sections.has("one_tile")) {
+        return sections.values<std::uint64_t>("one_tile", 1)[0] != 0;
+    }
+    // An older one may tell of a size of tiles or of an integration that were asked for.
+    if (sections.values<std::uint64_t>("tile_nodes", 1)[0] != 0 || sections.text("integration") == "split") {
+        throw std::runtime_error("it goes on in tiles of another size, or with split integration, which are no more");
+    }
+    return false;
 }
 
 /// A surface file may be moved in space, and the cells made from it are the same.
@@ -102,8 +113,7 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     sections.put("instruction_set", std::string(name(plan.choice.instruction_set)));
     sections.put("layout", plan.layout);
     sections.put("accuracy", std::string(name(plan.choice.accuracy)));
-    sections.put("tile_nodes", std::vector<std::uint64_t>{plan.choice.tile_nodes});
-    sections.put("integration", std::string(name(plan.choice.integration)));
+    sections.put("one_tile", std::vector<std::uint64_t>{plan.choice.one_tile});
     sections.put("run", std::vector<std::int64_t>{body.steps, body.outputs, body.written, body.work.newton_iterations,
                                                   body.work.cg_iterations});
     sections.put("preconditioner", body.work.preconditioner);
@@ -137,8 +147,7 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         same.plan.instruction_set = parse_instruction_set(sections.text("instruction_set"));
         same.plan.layout = sections.text("layout");
         same.plan.accuracy = parse_accuracy(sections.text("accuracy"));
-        same.plan.tile_nodes = sections.values<std::uint64_t>("tile_nodes", 1)[0];
-        same.plan.integration = parse_integration(sections.text("integration"));
+        same.plan.one_tile = one_tile_in(sections);
         same.plan.effort = Effort::estimate;
         same.plan.wisdom = nullptr;
 

@@ -1,5 +1,6 @@
 #include "simulation/run/simulation_implementation.hpp"
 
+#include "plan/bodies/layout_table.hpp"
 #include "simulation/run/loads.hpp"
 #include "simulation/run/memory.hpp"
 #include "simulation/scene/scene_lattice.hpp"
@@ -78,7 +79,8 @@ void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
         dynamics);
     if (!can) {
         const std::string layout = std::visit([](const auto& d) { return d.describe().layout; }, dynamics);
-        throw scene_error(scene, "cut[0].at", "the layout " + layout + " cannot be cut; flat-rows and active-rows can");
+        throw scene_error(scene, "cut[0].at",
+                          "the layout " + layout + " cannot be cut; " + layouts_that_can_be_cut() + " can");
     }
 }
 

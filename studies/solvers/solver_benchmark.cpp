@@ -4,7 +4,7 @@
 #include "bench/printed.hpp"
 
 #include "hybmss/equilibrium.hpp"
-#include "plan/bodies/body.hpp"
+#include "plan/bodies/layout_table.hpp"
 #include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"

@@ -3,7 +3,7 @@
 // from.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/geometry/digest.hpp"
+#include "plan/tuning/digest.hpp"
 #include "simulation/run/checkpoint_file.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 

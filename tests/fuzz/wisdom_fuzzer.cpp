@@ -2,7 +2,7 @@
 // fits.
 
 #include "hybmss/wisdom.hpp"
-#include "plan/tuning/wisdom_text.hpp"
+#include "plan/tuning/wisdom_store.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 
 #include <string>

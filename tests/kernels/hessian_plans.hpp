@@ -4,7 +4,7 @@
 /// Products and diagonals of plans in double, for tests.
 
 #include "hybmss/force_plan.hpp"
-#include "plan/bodies/body.hpp"
+#include "plan/bodies/layout_table.hpp"
 #include "tests/random_bodies.hpp"
 
 #include <limits>

@@ -2,7 +2,7 @@
 
 #include "tests/kernels/hessian_plans.hpp"
 
-#include "plan/bodies/body.hpp"
+#include "plan/bodies/layout_table.hpp"
 #include "reference/body.hpp"
 #include "reference/forces.hpp"
 

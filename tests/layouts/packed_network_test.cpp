@@ -1,10 +1,10 @@
 // The layout packed-xyzw: its order, blocks and tiles.
 
+#include "layouts/coloring.hpp"
 #include "layouts/network/item_groups.hpp"
+#include "layouts/network/network_geometry.hpp"
 #include "layouts/network/packed_sources.hpp"
 #include "layouts/network/packed_xyzw.hpp"
-#include "layouts/network/network_geometry.hpp"
-#include "layouts/coloring.hpp"
 #include "tests/random_bodies.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // What the tuner may choose among, and that every choice is right.
 
 #include "app/verify/verify.hpp"
-#include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/force_plan.hpp"
 #include "plan/tuning/candidates.hpp"
 #include "plan/tuning/planned_body.hpp"
 #include "reference/body.hpp"
@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <set>
 
 namespace hybmss {
 namespace {
@@ -27,8 +26,7 @@ Material full_material() {
 
 TEST(Candidates, NamesReadBack) {
     for (const std::string text :
-         {"flat-rows/avx512/fast/threads:1", "a/b/neon/exact/threads:64", "a/sse2/fast/threads:2/tile:4096",
-          "a/avx2/exact/threads:1/split", "a/avx2/fast/threads:3/tile:1/split"}) {
+         {"flat-rows/avx512/fast/threads:1", "a/b/neon/exact/threads:64", "a/sse2/fast/threads:1/one-tile"}) {
         const auto candidate = parse_candidate(text);
         ASSERT_TRUE(candidate) << text;
         EXPECT_EQ(name(*candidate), text);
@@ -36,9 +34,8 @@ TEST(Candidates, NamesReadBack) {
     for (const std::string text :
          {"", "flat-rows", "/avx2/fast/threads:1", "a/mmx/fast/threads:1", "a/automatic/fast/threads:1",
           "a/avx2/slow/threads:1", "a/avx2/fast/threads:0", "a/avx2/fast/threads:2x", "a/avx2/fast/2",
-          "a/avx2/fast/threads:99999999999", "a/avx2/fast/threads:1/tile:0", "a/avx2/fast/threads:1/tile:x",
-          "a/avx2/fast/threads:1/split/tile:8", "a/avx2/fast/tile:8", "a/avx2/fast/threads:1/fused", "split",
-          "tile:8"}) {
+          "a/avx2/fast/threads:99999999999", "a/avx2/fast/threads:1/more", "threads:1", "/one-tile",
+          "a/avx2/fast/one-tile/threads:1"}) {
         EXPECT_FALSE(parse_candidate(text)) << text;
     }
 }
@@ -47,8 +44,7 @@ TEST(Candidates, TheFirstIsTheEstimate) {
     const Lattice lattice = Lattice::box(24, 20, 22, 0.1);
     PlanOptions options;
     options.threads = 3;
-    const Candidate first =
-        candidates(lattice_layouts(), options, lattice.grid_node_count(), Operation::forces).front();
+    const Candidate first = candidates(lattice_layouts(), options, lattice.grid_node_count()).front();
     const PlanDescription estimate = ForcePlan<float>(lattice, full_material(), options).describe();
     EXPECT_EQ(first.layout, estimate.layout);
     EXPECT_EQ(first.instruction_set, estimate.instruction_set);
@@ -63,9 +59,9 @@ TEST(Candidates, WhatTheCallerFixedStays) {
     PlanOptions options;
     options.threads = 2;
     const std::size_t sets = std::min<std::size_t>(2, available_instruction_sets().size());
-    EXPECT_EQ(candidates(layouts, options, kNodes, Operation::step).size(), 2 * sets * 2 * 2);
+    EXPECT_EQ(candidates(layouts, options, kNodes).size(), 2 * sets * 2 * 2);
     const auto all_have = [&](const auto& holds) {
-        const std::vector<Candidate> list = candidates(layouts, options, kNodes, Operation::step);
+        const std::vector<Candidate> list = candidates(layouts, options, kNodes);
         return !list.empty() && std::all_of(list.begin(), list.end(), holds);
     };
     options.layout = "b";
@@ -76,54 +72,54 @@ TEST(Candidates, WhatTheCallerFixedStays) {
     EXPECT_TRUE(all_have([](const Candidate& c) { return c.threads == 1; }));
     options.instruction_set = available_instruction_sets().front();
     EXPECT_TRUE(all_have([&](const Candidate& c) { return c.instruction_set == options.instruction_set; }));
-    EXPECT_EQ(candidates(layouts, options, kNodes, Operation::step).size(), 1u);
+    EXPECT_EQ(candidates(layouts, options, kNodes).size(), 1u);
 
     options = {};
     const testing::Variable forced("HYBMSS_ISA", std::string(name(available_instruction_sets().front())).c_str());
     EXPECT_TRUE(all_have([](const Candidate& c) { return c.instruction_set == available_instruction_sets().front(); }));
 }
 
-TEST(Candidates, TilesAndIntegrationWhereALayoutHasThem) {
+TEST(Candidates, AreAllCombinationsOfWhatIsLeftOpen) {
+    PlanOptions options;
+    options.threads = 5;
+    options.accuracy = Accuracy::exact;
+    options.instruction_set = available_instruction_sets().front();
+    const std::string middle = "/" + std::string(name(options.instruction_set)) + "/exact/threads:";
+    std::vector<std::string> names, expected;
+    for (const Candidate& c : candidates({"a", "b"}, options, 1000000)) {
+        names.push_back(name(c));
+    }
+    for (const std::string layout : {"a", "b"}) {
+        for (const std::string threads : {"5", "1", "2", "3", "4"}) {
+            expected.push_back(layout + middle + threads);
+        }
+    }
+    EXPECT_EQ(names, expected);
+}
+
+TEST(Candidates, OneTileWhereALayoutHasTiles) {
     PlanOptions options;
     options.threads = 2;
     options.accuracy = Accuracy::exact;
     options.instruction_set = available_instruction_sets().front();
-    const auto names = [&](std::size_t nodes, Operation operation) {
+    const auto names = [&](const std::string& layout) {
         std::vector<std::string> texts;
-        for (const Candidate& c : candidates(lattice_layouts(), options, nodes, operation)) {
-            const std::string text = name(c);
-            texts.push_back(c.layout + text.substr(text.find("/threads")));
+        for (const Candidate& c : candidates({layout}, options, 40000)) {
+            texts.push_back(name(c).substr(name(c).find("threads")));
         }
         return texts;
     };
-    options.layout = "flat-rows";
-    EXPECT_EQ(names(40000, Operation::step),
-              (std::vector<std::string>{"flat-rows/threads:2", "flat-rows/threads:2/tile:4096",
-                                        "flat-rows/threads:2/split", "flat-rows/threads:1",
-                                        "flat-rows/threads:1/tile:4096", "flat-rows/threads:1/tile:32768",
-                                        "flat-rows/threads:1/tile:262144", "flat-rows/threads:1/split"}));
-    // Forces alone integrate nothing; one tile is one tile, by whatever name.
-    EXPECT_EQ(names(2000, Operation::forces),
-              (std::vector<std::string>{"flat-rows/threads:1", "flat-rows/threads:1/tile:4096"}));
-    options.layout = "coloured-soa";
-    EXPECT_EQ(names(2000, Operation::step), (std::vector<std::string>{"coloured-soa/threads:1"}));
-    options.layout = "network";
-    EXPECT_EQ(names(2000, Operation::step),
-              (std::vector<std::string>{"network/threads:1", "network/threads:1/tile:4096"}));
-    // What the caller fixed, stays.
-    options.tile_nodes = 500;
-    options.integration = Integration::split;
-    options.layout = "active-rows";
-    EXPECT_EQ(names(2000, Operation::step), (std::vector<std::string>{"active-rows/threads:1/tile:500/split"}));
-    options.layout = "";
-    options.integration = Integration::fused;
-    EXPECT_EQ(names(2000, Operation::step),
-              (std::vector<std::string>{"flat-rows/threads:1/tile:500", "active-rows/threads:1/tile:500"}));
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(names("flat-rows"), (Names{"threads:2", "threads:1", "threads:1/one-tile"}));
+    EXPECT_EQ(names("network"), (Names{"threads:2", "threads:1", "threads:1/one-tile"}));
+    EXPECT_EQ(names("coloured-soa"), (Names{"threads:2", "threads:1"}));
+    options.one_tile = true; // what the caller fixed, stays
+    EXPECT_EQ(names("flat-rows"), Names{"threads:1/one-tile"});
+    EXPECT_EQ(names("coloured-soa"), Names{"threads:1"});
 }
 
 // ---- every candidate is right
 
-/// Draws plans by rising seeds until every candidate has come up, each checked against the reference.
 template <class T>
 void expect_all_candidates_right(const Lattice& lattice, bool as_network, const char* precision) {
     const Material material = full_material();
@@ -141,23 +137,15 @@ void expect_all_candidates_right(const Lattice& lattice, bool as_network, const 
     const double scale = *std::max_element(scales.begin(), scales.end());
 
     PlanOptions options;
-    options.effort = Effort::random;
     options.threads = 2;
-    std::set<std::string> left;
-    for (const Candidate& c : candidates(as_network ? network_layouts() : lattice_layouts(), options,
-                                         as_network ? n : lattice.grid_node_count(), Operation::forces)) {
-        left.insert(name(c));
-    }
-    ASSERT_GE(left.size(), 2u);
-    for (options.random_seed = 1; !left.empty() && options.random_seed < 2000; ++options.random_seed) {
-        const ForcePlan<T> plan =
-            as_network ? ForcePlan<T>(network, options) : ForcePlan<T>(lattice, material, options);
-        const PlanDescription d = plan.describe();
-        EXPECT_EQ(d.effort, Effort::random);
-        const std::string picked = name(candidate_of(d.choice));
-        if (left.erase(picked) == 0) {
-            continue;
-        }
+    const std::vector<Candidate> all = candidates(as_network ? network_layouts() : distinct_lattice_layouts(), options,
+                                                  as_network ? n : lattice.grid_node_count());
+    ASSERT_GE(all.size(), 2u);
+    for (const Candidate& candidate : all) {
+        const PlanOptions fixed = fixed_options(options, candidate);
+        const ForcePlan<T> plan = as_network ? ForcePlan<T>(network, fixed) : ForcePlan<T>(lattice, material, fixed);
+        ASSERT_EQ(candidate_of(plan.describe().choice), candidate);
+        EXPECT_EQ(plan.describe().layout, candidate.layout);
         std::vector<T> f(3 * n, T(0));
         plan.add_forces(VectorField<const T>::aos(u.data(), n), VectorField<T>::aos(f.data(), n));
         double error = 0;
@@ -169,22 +157,21 @@ void expect_all_candidates_right(const Lattice& lattice, bool as_network, const 
         }
         verify::RowKey key;
         key.check = "forces";
-        key.layout = as_network ? "network" : d.choice.layout;
+        key.layout = as_network ? "network" : candidate.layout;
         key.precision = precision;
         key.strain = 0.1;
-        EXPECT_LE(error / scale / verify::epsilon(precision), verify::tolerance(key)) << picked;
+        EXPECT_LE(error / scale / verify::epsilon(precision), verify::tolerance(key)) << name(candidate);
     }
-    EXPECT_TRUE(left.empty()) << "never drawn: " << *left.begin();
 }
 
-TEST(RandomPlans, EveryLatticeCandidateAgreesWithTheReference) {
+TEST(Candidates, EveryLatticeCandidateAgreesWithTheReference) {
     testing::Random random(11);
     const Lattice lattice = testing::random_lattice(15, 13, 14, 0.5, random);
     expect_all_candidates_right<float>(lattice, false, "float");
     expect_all_candidates_right<double>(lattice, false, "double");
 }
 
-TEST(RandomPlans, EveryNetworkCandidateAgreesWithTheReference) {
+TEST(Candidates, EveryNetworkCandidateAgreesWithTheReference) {
     testing::Random random(12);
     const Lattice lattice = testing::random_lattice(15, 13, 14, 0.5, random);
     expect_all_candidates_right<float>(lattice, true, "float");

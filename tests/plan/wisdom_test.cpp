@@ -3,7 +3,7 @@
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/version.hpp"
 #include "hybmss/wisdom.hpp"
-#include "plan/tuning/wisdom_text.hpp"
+#include "plan/tuning/wisdom_store.hpp"
 #include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace hybmss {
 namespace {
 
 WisdomEntry entry(const std::string& choice, double ns) {
-    return {*parse_candidate(choice), {{choice, ns, true}, {"network/sse2/exact/threads:3/tile:4096", 4 * ns, false}}};
+    return {*parse_candidate(choice), {{choice, ns, true}, {"network/sse2/exact/threads:3", 4 * ns, false}}};
 }
 
 Wisdom two_entries() {
@@ -105,7 +105,7 @@ TEST(Wisdom, MergesTheOthersEntriesOverItsOwn) {
 
 TEST(Wisdom, RefusesWhatIsForeignOrStale) {
     const std::string text = two_entries().export_text();
-    expect_refused(with(text, "schema = 3", "schema = 2"), 2, "foreign: written in another schema (there: 2; here: 3)");
+    expect_refused(with(text, "schema = 4", "schema = 3"), 2, "foreign: written in another schema (there: 3; here: 4)");
     expect_refused(with(text, std::string("version = ") + kVersion, "version = 0.0.9"), 3,
                    "stale: written by another version of hybmss (there: 0.0.9; here: ");
     expect_refused(with(text, "cpu = ", "cpu = Not "), 4, "foreign: measured on another CPU (there: Not ");

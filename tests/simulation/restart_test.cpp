@@ -85,15 +85,14 @@ struct Method {
     const char* solver;
     Precision precision;
     const char* layout;
-    std::size_t tile_nodes = 0;
-    Integration integration = Integration::automatic;
+    bool one_tile = false;
 };
 
 const Method kMethods[] = {
     {"Explicit", "duration = 1.1", Precision::float64, ""},
     {"ExplicitFloat", "duration = 1.1", Precision::float32, "active-rows"},
     {"ExplicitNetwork", "duration = 1.1", Precision::float32, "network"},
-    {"ExplicitTilesAndSplit", "duration = 1.1", Precision::float32, "flat-rows", 40, Integration::split},
+    {"ExplicitOneTile", "duration = 1.1", Precision::float32, "flat-rows", true},
     {"ExplicitSettled", "duration = 90\ntolerance = 0.1", Precision::float64, ""},
     {"Implicit", "duration = 0.5\nmethod = \"backward-euler\"", Precision::float64, ""},
     {"ImplicitMultigrid", "duration = 0.5\nmethod = \"backward-euler\"\npreconditioner = \"multigrid\"",
@@ -113,8 +112,7 @@ TEST_P(Restart, ends_with_the_same_bits) {
     SimulationOptions options;
     options.precision = GetParam().precision;
     options.plan.layout = GetParam().layout;
-    options.plan.tile_nodes = GetParam().tile_nodes;
-    options.plan.integration = GetParam().integration;
+    options.plan.one_tile = GetParam().one_tile;
     const Outcome whole = run(scene, options, 0);
     ASSERT_GT(whole.outputs.size(), 2u);
     for (int every : {1, 3}) {
@@ -335,11 +333,33 @@ TEST_F(BadCheckpoint, of_a_body_that_lies_elsewhere) {
     expect_refused("out/checkpoint: it is an older one, which does not tell where the body lies");
 }
 
+/// An older build wrote which tiles and which integration were asked for.
+TEST_F(BadCheckpoint, of_tiles_that_are_no_more) {
+    const CheckpointSections good = read_checkpoint_file(file());
+    for (const auto& [tile_nodes, integration, refused] :
+         {std::tuple(0, "automatic", false), std::tuple(40, "automatic", true), std::tuple(0, "split", true)}) {
+        CheckpointSections older;
+        for (const auto& [name, bytes] : good.all()) {
+            if (name != "one_tile") {
+                older.put(name, bytes);
+            }
+        }
+        older.put("tile_nodes", std::vector<std::uint64_t>{static_cast<std::uint64_t>(tile_nodes)});
+        older.put("integration", std::string(integration));
+        write_checkpoint_file(file(), older);
+        if (refused) {
+            expect_refused("out/checkpoint: it goes on in tiles of another size, or with split integration, which are "
+                           "no more");
+        } else {
+            EXPECT_NO_THROW(Simulation::restarted(load_scene((directory_.path() / "s.toml").string()), {}, file()));
+        }
+    }
+}
+
 TEST_F(BadCheckpoint, options_that_it_fixes) {
     expect_refused("--precision excludes --restart", " --precision float");
-    expect_refused("--layout excludes --restart", " --layout flat-rows");
-    expect_refused("--tile-nodes excludes --restart: what the checkpoint holds goes on", " --tile-nodes 40");
-    expect_refused("--integration excludes --restart", " --integration split");
+    expect_refused("--one-tile excludes --restart", " --one-tile");
+    expect_refused("--layout excludes --restart: what the checkpoint holds goes on", " --layout flat-rows");
 }
 
 TEST_F(BadCheckpoint, of_a_static_scene) {

@@ -1,6 +1,6 @@
 // Iterations of conjugate gradients for a random load on a clamped cube, and that multigrid copes with any body.
 #include "clamped_cube.hpp"
-#include "plan/bodies/body.hpp"
+#include "plan/bodies/layout_table.hpp"
 #include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"

@@ -11,7 +11,6 @@ int main() {
     const bool same = parse_precision(name(Precision::float32)) == Precision::float32 &&
                       parse_accuracy(name(Accuracy::exact)) == Accuracy::exact &&
                       parse_effort(name(Effort::measure)) == Effort::measure &&
-                      parse_integration(name(Integration{})) == Integration{} &&
                       parse_preconditioner(name(PreconditionerKind{})) == PreconditionerKind{} &&
                       parse_instruction_set(name(InstructionSet::avx2)) == InstructionSet::avx2;
     return same ? 0 : 1;
