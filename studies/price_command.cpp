@@ -56,7 +56,7 @@ std::vector<paper::Table> price_of_wishes(const PriceArguments& arguments, const
         const auto limit = price::limit_figures(wish.scene, (arguments.quick ? 1 : 2) * wish.reference_across);
         for (const double accuracy : wishes) {
             progress(fmt::format("{}: accuracy = {:g}", wish.name, accuracy));
-            results.push_back(price::grant(wish, accuracy, limit));
+            results.push_back(price::solve_wish(wish, accuracy, limit));
         }
     }
     return {price::wish_table(results)};

@@ -4,10 +4,11 @@
 /// Bodies with a random state, and the bits of what became of it.
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "plan/tuning/digest.hpp"
 
 #include <cstdint>
-#include <cstring>
 #include <random>
+#include <span>
 #include <vector>
 
 namespace hybmss::testing {
@@ -24,17 +25,11 @@ std::vector<T> random_field(std::size_t nodes, double bound, unsigned seed) {
     return field;
 }
 
-/// FNV-1a of the bytes: one number for a whole state.
+/// A digest of the bytes: one number for a whole state, or for several one after the other.
 template <class T>
-std::uint64_t bits_of(const std::vector<T>& values, std::uint64_t hash = 14695981039346656037ull) {
-    for (const T& value : values) {
-        unsigned char bytes[sizeof(T)];
-        std::memcpy(bytes, &value, sizeof(T));
-        for (unsigned char byte : bytes) {
-            hash = (hash ^ byte) * 1099511628211ull;
-        }
-    }
-    return hash;
+std::uint64_t bits_of(const std::vector<T>& values, Digest digest = {}) {
+    digest.add(std::span<const T>(values));
+    return digest.value();
 }
 
 /// The bits of displacements, velocities and forces after the steps.
@@ -48,9 +43,9 @@ std::uint64_t bits_after(ExplicitDynamics<T>& body, double cell_size, const Step
     body.get_displacements(VectorField<T>::aos(out.data(), n));
     std::uint64_t hash = bits_of(out);
     body.get_velocities(VectorField<T>::aos(out.data(), n));
-    hash = bits_of(out, hash);
+    hash = bits_of(out, Digest(hash));
     body.get_forces(VectorField<T>::aos(out.data(), n));
-    return bits_of(out, hash);
+    return bits_of(out, Digest(hash));
 }
 
 } // namespace hybmss::testing

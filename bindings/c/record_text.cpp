@@ -16,6 +16,7 @@
 #include "hybmss/record.hpp"
 
 #include "hybmss/version.hpp"
+#include "plan/tuning/digest.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -32,11 +33,9 @@ namespace {
 constexpr std::string_view kVolumeEnergies[] = {"automatic", "quadratic", "mean-stretch", "none"};
 
 std::uint64_t checksum(std::string_view text) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : text) {
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    }
-    return hash;
+    Digest digest;
+    digest.add(text);
+    return digest.value();
 }
 
 std::string hexadecimal(std::uint64_t number) {

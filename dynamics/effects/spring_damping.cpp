@@ -26,14 +26,14 @@ void SpringDamping<T>::add_stages(const Body<T>& body, State<T>& state, const St
         // prescribed component keeps its velocity, so there it is p v.
         stages.push_back({1, [this, factor, unit = body.length_unit(),
                               inverse_mass = body.inverse_masses().data()](std::size_t, std::size_t) {
-                              double twice = 0;
+                              double sum = 0;
                               for (const PrescribedComponent<T>& p : prescribed_) {
                                   const Component<T> product = component(product_, static_cast<std::size_t>(p.axis));
                                   const auto at = static_cast<std::ptrdiff_t>(p.index) * product.stride;
                                   const double impulse = factor * static_cast<double>(product.first[at]);
-                                  twice += impulse * impulse * static_cast<double>(inverse_mass[at]);
+                                  sum += impulse * impulse * static_cast<double>(inverse_mass[at]);
                               }
-                              dissipated_ += unit * twice / 2;
+                              dissipated_ += unit * sum / 2;
                           }});
     }
     body.add_kick_stages(state.velocity, product_, factor, &dissipated_, stages);

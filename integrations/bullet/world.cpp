@@ -72,11 +72,11 @@ std::array<double, 3> center_of_mass(const btSoftBody& body) {
 }
 
 double kinetic_energy(const btSoftBody& body) {
-    double twice = 0;
+    double sum = 0;
     for (int n = 0; n < body.m_nodes.size(); ++n) {
-        twice += static_cast<double>(body.m_nodes[n].m_v.length2()) / static_cast<double>(body.m_nodes[n].m_im);
+        sum += static_cast<double>(body.m_nodes[n].m_v.length2()) / static_cast<double>(body.m_nodes[n].m_im);
     }
-    return twice / 2;
+    return sum / 2;
 }
 
 } // namespace hybmss::bullet

@@ -263,7 +263,7 @@ void Body<T>::clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]) {
 template <class T>
 double Body<T>::kinetic_energy(const State<T>& state) const {
     const std::span<const double> mass = masses();
-    double twice = 0;
+    double sum = 0;
     const auto add_node = [&](std::size_t node, std::size_t index) {
         double square = 0;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -271,7 +271,7 @@ double Body<T>::kinetic_energy(const State<T>& state) const {
             const auto speed = static_cast<double>(v.first[static_cast<std::ptrdiff_t>(index) * v.stride]);
             square += speed * speed;
         }
-        twice += mass[node] * square;
+        sum += mass[node] * square;
     };
     const std::span<const std::uint32_t> all = order();
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -282,7 +282,7 @@ double Body<T>::kinetic_energy(const State<T>& state) const {
             add_node(run.node + n, run.index + n);
         }
     }
-    return 0.5 * twice * length_unit() * length_unit();
+    return 0.5 * sum * length_unit() * length_unit();
 }
 
 template <class T>

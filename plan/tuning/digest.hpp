@@ -10,6 +10,9 @@ namespace hybmss {
 /// FNV-1a in 64 bits: any one changed byte changes it. Against damage and mix-ups, not against malice.
 class Digest {
 public:
+    Digest() = default;
+    /// Goes on from another digest's value.
+    explicit Digest(std::uint64_t value) : value_(value) {}
     void add(const void* data, std::size_t bytes) {
         const auto* byte = static_cast<const unsigned char*>(data);
         for (std::size_t i = 0; i < bytes; ++i) {

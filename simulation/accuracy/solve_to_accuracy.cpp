@@ -62,9 +62,9 @@ void check(const Scene& scene) {
 }
 
 /// The wish at work: meshes solved so far, coarse to fine.
-class Pursuit {
+class MeshRefinement {
 public:
-    Pursuit(const Scene& scene, const AccuracyOptions& options)
+    MeshRefinement(const Scene& scene, const AccuracyOptions& options)
         : scene_(scene), options_(options), family_(scene),
           // A rough guess until three meshes show the order.
           assumed_order_(2 * clamped_edge_exponent(scene.material.poisson_ratio)) {
@@ -248,12 +248,12 @@ private:
     Summary summary_, first_summary_;
 };
 
-AccurateSolution finished(Pursuit& pursuit) {
-    Summary summary = pursuit.summary();
+AccurateSolution finished(MeshRefinement& refinement) {
+    Summary summary = refinement.summary();
     if (summary.failure.empty()) {
-        pursuit.make_offers();
+        refinement.make_offers();
     }
-    const AccuracyReport& report = pursuit.report();
+    const AccuracyReport& report = refinement.report();
     summary.accuracy = report;
     if (summary.failure.empty() && !report.reached()) {
         const std::string text = message("the estimated error, %.2g, is above the accuracy wanted, %.2g",
@@ -265,99 +265,100 @@ AccurateSolution finished(Pursuit& pursuit) {
             summary.warnings.push_back(text + ": the mesh is too coarse for it");
         }
     }
-    return {std::move(pursuit.simulation()), std::move(summary)};
+    return {std::move(refinement.simulation()), std::move(summary)};
 }
 
 /// The first two meshes of a free one. False where there is no equilibrium.
-bool solve_coarse(Pursuit& pursuit) {
-    const std::int64_t first = pursuit.family().multiple_of(kCoarsest);
-    return pursuit.solve(first) && pursuit.solve(2 * first);
+bool solve_coarse(MeshRefinement& refinement) {
+    const std::int64_t first = refinement.family().multiple_of(kCoarsest);
+    return refinement.solve(first) && refinement.solve(2 * first);
 }
 
-AccurateSolution solve_free(Pursuit& pursuit) {
-    if (!solve_coarse(pursuit)) {
-        return finished(pursuit);
+AccurateSolution solve_free(MeshRefinement& refinement) {
+    if (!solve_coarse(refinement)) {
+        return finished(refinement);
     }
     const auto sure = [&](int meshes) {
         // Two meshes show no order: theirs is assumed, and the estimate errs by more.
-        const AccuracyReport& report = pursuit.report();
+        const AccuracyReport& report = refinement.report();
         return meshes > 2 ? report.reached() : report.error_estimate <= kMeshShare * report.wanted;
     };
     for (int meshes = 2; meshes < kMostMeshes && !sure(meshes); ++meshes) {
-        const double last = static_cast<double>(pursuit.report().meshes.back().cells[0]) /
-                            static_cast<double>(pursuit.family().cells(1)[0]);
-        const double wanted = pursuit.multiple_for(pursuit.report().wanted);
+        const double last = static_cast<double>(refinement.report().meshes.back().cells[0]) /
+                            static_cast<double>(refinement.family().cells(1)[0]);
+        const double wanted = refinement.multiple_for(refinement.report().wanted);
         // What is far too much is better known now than after an hour.
-        pursuit.require_room(static_cast<std::int64_t>(std::min(wanted, 1e7)));
+        refinement.require_room(static_cast<std::int64_t>(std::min(wanted, 1e7)));
         const auto next = static_cast<std::int64_t>(
             std::clamp(wanted, std::ceil(kLeastGrowth * last), std::floor(kGreatestGrowth * last)));
-        pursuit.require_room(next);
-        if (!pursuit.solve(next)) {
+        refinement.require_room(next);
+        if (!refinement.solve(next)) {
             break;
         }
     }
-    return finished(pursuit);
+    return finished(refinement);
 }
 
 /// On the scene's own mesh, with the error told by half as many cells, or, where they cannot be halved, by twice as
 /// many.
-AccurateSolution solve_given(Pursuit& pursuit) {
-    const std::int64_t own = pursuit.family().own_multiple();
+AccurateSolution solve_given(MeshRefinement& refinement) {
+    const std::int64_t own = refinement.family().own_multiple();
     if (own > 1) {
-        if (pursuit.solve((own + 1) / 2)) {
-            pursuit.solve(own);
+        if (refinement.solve((own + 1) / 2)) {
+            refinement.solve(own);
         }
-        return finished(pursuit);
+        return finished(refinement);
     }
-    if (!pursuit.solve(own)) {
-        return finished(pursuit);
+    if (!refinement.solve(own)) {
+        return finished(refinement);
     }
-    pursuit.keep_first();
-    if (pursuit.solve(2 * own)) {
-        pursuit.estimate_coarser();
+    refinement.keep_first();
+    if (refinement.solve(2 * own)) {
+        refinement.estimate_coarser();
     }
-    const std::string failure = pursuit.summary().failure;
-    AccurateSolution solution = finished(pursuit);
+    const std::string failure = refinement.summary().failure;
+    AccurateSolution solution = finished(refinement);
     solution.summary.failure = failure;
-    pursuit.take_first();
-    Summary summary = pursuit.summary();
+    refinement.take_first();
+    Summary summary = refinement.summary();
     summary.accuracy = solution.summary.accuracy;
     summary.warnings = solution.summary.warnings;
     if (!failure.empty()) {
         summary.warnings.push_back("no error can be told: on a finer mesh there is " + failure);
         summary.accuracy.reset();
     }
-    return {std::move(pursuit.simulation()), std::move(summary)};
+    return {std::move(refinement.simulation()), std::move(summary)};
 }
 
 } // namespace
 
 AccurateSolution solve_to_accuracy(const Scene& scene, const AccuracyOptions& options) {
     check(scene);
-    Pursuit pursuit(scene, options);
-    return pursuit.family().is_free() ? solve_free(pursuit) : solve_given(pursuit);
+    MeshRefinement refinement(scene, options);
+    return refinement.family().is_free() ? solve_free(refinement) : solve_given(refinement);
 }
 
 AccuracyReport accuracy_offers(const Scene& scene, const AccuracyOptions& options, Scene* chosen) {
     check(scene);
-    Pursuit pursuit(scene, options);
-    const MeshFamily& family = pursuit.family();
+    MeshRefinement refinement(scene, options);
+    const MeshFamily& family = refinement.family();
     const std::int64_t own = family.own_multiple();
-    const bool solved = family.is_free() ? solve_coarse(pursuit)
-                        : own > 1        ? pursuit.solve((own + 1) / 2) && pursuit.solve(own)
-                                         : pursuit.solve(own) && pursuit.solve(2 * own);
+    const bool solved = family.is_free() ? solve_coarse(refinement)
+                        : own > 1        ? refinement.solve((own + 1) / 2) && refinement.solve(own)
+                                         : refinement.solve(own) && refinement.solve(2 * own);
     if (!solved) {
-        throw std::runtime_error(pursuit.summary().failure);
+        throw std::runtime_error(refinement.summary().failure);
     }
-    pursuit.make_offers();
+    refinement.make_offers();
     if (chosen != nullptr) {
-        const auto multiple = static_cast<std::int64_t>(std::min(pursuit.multiple_for(pursuit.report().wanted), 1e7));
+        const auto multiple =
+            static_cast<std::int64_t>(std::min(refinement.multiple_for(refinement.report().wanted), 1e7));
         if (family.is_free()) {
-            pursuit.require_room(multiple);
+            refinement.require_room(multiple);
         }
-        *chosen = pursuit.scene_on(family.is_free() ? multiple : own);
+        *chosen = refinement.scene_on(family.is_free() ? multiple : own);
     }
-    return pursuit.report();
+    return refinement.report();
 }
 
 } // namespace hybmss

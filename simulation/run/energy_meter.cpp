@@ -40,11 +40,11 @@ EnergyMeter::EnergyMeter(const Constants& constants, MeteredState start, std::ve
       start_elastic_(last_.elastic), start_effects_(last_.effects) {}
 
 double EnergyMeter::kinetic(std::span<const Vector3> next) const {
-    double twice = 0;
+    double sum = 0;
     for (std::size_t n = 0; n < next.size(); ++n) {
-        twice += constants_.masses[n] * dot(velocity_[n], next[n]);
+        sum += constants_.masses[n] * dot(velocity_[n], next[n]);
     }
-    return twice / 2;
+    return sum / 2;
 }
 
 /// With w the velocity before the last state and w' the one after it:

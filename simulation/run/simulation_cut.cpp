@@ -123,7 +123,7 @@ void Simulation::Implementation::uncut() {
     probes = probes_of(scene, rest);
 }
 
-void Simulation::Implementation::bite() {
+void Simulation::Implementation::cut_now() {
     if (schedule.next_step() > steps) {
         return;
     }

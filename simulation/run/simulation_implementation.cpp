@@ -201,8 +201,8 @@ std::string Simulation::Implementation::step(long count) {
         on_explicit([&](auto& d) { d.step(parameters, n); });
         steps += n;
     };
-    bite();
-    for (long end = steps + count; steps < end; bite()) {
+    cut_now();
+    for (long end = steps + count; steps < end; cut_now()) {
         const long next = std::min(end, schedule.next_step());
         // Plates are set after each step, so that every force is taken with all nodes at the same time.
         while (steps < next && (moving() || meter)) {
@@ -339,8 +339,8 @@ std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() c
     std::vector<ObstacleReading> readings;
     if (const auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
         readings = single->obstacle_readings();
-    } else if (const auto* twice = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
-        readings = twice->obstacle_readings();
+    } else if (const auto* in_double = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
+        readings = in_double->obstacle_readings();
     }
     std::vector<NamedObstacleReading> named;
     for (std::size_t o = 0; o < readings.size(); ++o) {

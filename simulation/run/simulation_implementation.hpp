@@ -85,8 +85,8 @@ struct Simulation::Implementation {
     void on_explicit(const Action& action) {
         if (auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
             action(*single);
-        } else if (auto* twice = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
-            action(*twice);
+        } else if (auto* in_double = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
+            action(*in_double);
         }
     }
     /// What action(dynamics) returns, where they are implicit.
@@ -107,8 +107,8 @@ struct Simulation::Implementation {
     CutsDone cuts_done() const { return {removed.size(), removed_energy, schedule.done()}; }
     /// Removes the cells that are there still. Returns how many that were.
     std::size_t cut(std::span<const std::uint32_t> cells);
-    /// The bites that are due now.
-    void bite();
+    /// Cuts what is due now.
+    void cut_now();
     /// The lattice, loads and probes as they were before any cut; the dynamics are to be made anew then, and to be cut
     /// again: as many of the cells as `done` says, or those that are listed.
     void uncut();

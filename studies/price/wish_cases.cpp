@@ -106,7 +106,7 @@ std::vector<ResultFigure> limit_figures(const Scene& scene, int across) {
     return limit;
 }
 
-WishResult grant(const WishCase& wish, double accuracy, const std::vector<ResultFigure>& limit) {
+WishResult solve_wish(const WishCase& wish, double accuracy, const std::vector<ResultFigure>& limit) {
     Scene scene = wish.scene;
     scene.solver.accuracy = accuracy;
     AccuracyOptions options;

@@ -34,7 +34,7 @@ struct WishResult {
     double seconds = 0; ///< of all meshes
     std::string failure;
 };
-WishResult grant(const WishCase& wish, double accuracy, const std::vector<ResultFigure>& limit);
+WishResult solve_wish(const WishCase& wish, double accuracy, const std::vector<ResultFigure>& limit);
 
 paper::Table wish_table(const std::vector<WishResult>& results);
 

@@ -45,7 +45,7 @@ std::vector<std::uint64_t> bits_of_all(std::vector<ExplicitDynamics<T>>& all) {
         body.get_displacements(VectorField<T>::aos(out.data(), body.node_count()));
         const std::uint64_t hash = testing::bits_of(out);
         body.get_velocities(VectorField<T>::aos(out.data(), body.node_count()));
-        bits.push_back(testing::bits_of(out, hash));
+        bits.push_back(testing::bits_of(out, Digest(hash)));
     }
     return bits;
 }

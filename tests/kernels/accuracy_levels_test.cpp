@@ -83,10 +83,10 @@ TEST(AccuracyLevels, APlanTakesTheFastestThatWillDo) {
     options.force_error = std::numeric_limits<double>::quiet_NaN();
     testing::expect_refusal([&] { chosen(options); }, {"force_error = nan"});
     options.force_error = 1e-8;
-    const ForcePlan<double> twice(Lattice::box(2, 2, 2, 1.0), Material{}, options);
-    EXPECT_EQ(twice.describe().choice.accuracy, Accuracy::accurate);
+    const ForcePlan<double> in_double(Lattice::box(2, 2, 2, 1.0), Material{}, options);
+    EXPECT_EQ(in_double.describe().choice.accuracy, Accuracy::accurate);
     // What is chosen makes the same plan again.
-    EXPECT_EQ(twice.describe().choice.force_error, 0);
+    EXPECT_EQ(in_double.describe().choice.force_error, 0);
 }
 
 TEST(AccuracyLevels, EachIsAsGoodAsItSaysAndNoBetter) {

@@ -18,7 +18,7 @@ TEST(Accuracy, IsKept) {
     int kept = 0, all = 0;
     for (const price::WishCase& wish : price::wish_cases()) {
         const std::vector<ResultFigure> limit = price::limit_figures(wish.scene, wish.reference_across);
-        const price::WishResult result = price::grant(wish, 0.05, limit);
+        const price::WishResult result = price::solve_wish(wish, 0.05, limit);
         EXPECT_EQ(result.failure, "") << wish.name;
         EXPECT_LE(result.estimate, 0.05) << wish.name;
         EXPECT_LT(result.error, 0.1) << wish.name;
