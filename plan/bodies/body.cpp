@@ -238,14 +238,10 @@ Stage Body<T>::clear_stage(NodeField<T>& field) {
 }
 
 template <class T>
-Stage Body<T>::move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) {
+Stage Body<T>::move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) const {
+    const auto move = kernel_table().move_into();
     return stage_over_arrays(arrays, more[0].size(), [=](std::size_t a, std::size_t begin, std::size_t end) {
-        T* const to = sum[a].data();
-        T* const from = more[a].data();
-        for (std::size_t n = begin; n < end; ++n) {
-            to[n] += sign * from[n];
-            from[n] = 0;
-        }
+        move(sum[a].data(), more[a].data(), sign, static_cast<std::ptrdiff_t>(begin), static_cast<std::ptrdiff_t>(end));
     });
 }
 

@@ -150,7 +150,7 @@ public:
     /// field = 0.
     static Stage clear_stage(NodeField<T>& field);
     /// sum += sign * more, more = 0, array by array; `arrays` of them, all of one size.
-    static Stage move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign);
+    Stage move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) const;
     /// Arrays of `size` zeros for a diagonal's blocks.
     static void clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]);
 

@@ -1,4 +1,4 @@
-// Compiled once for each instruction set.
+// Compiled once for each instruction set: passes over whole fields, whatever their layout.
 #include "kernels/compiled_set.hpp"
 
 namespace hybmss::kernels {
@@ -19,8 +19,18 @@ double kick(Scalar<V>* velocity, Scalar<V>* product, const Scalar<V>* inverse_ma
     return 0.5 * sum_in_double(sum);
 }
 
+/// sum <- sum + sign more, more <- 0; sign is 1 or -1, so that the product is exact.
+template <class V>
+void move_into(Scalar<V>* sum, Scalar<V>* more, Scalar<V> sign, Range begin, Range end) {
+    for (Range n = begin; n < end; n += kWidth<V>) {
+        store_lanes(sum + n, multiply_add(splat<V>(sign), load_lanes<V>(more + n), load_lanes<V>(sum + n)));
+        store_lanes(more + n, splat<V>(0));
+    }
+}
+
 } // namespace
 
 HYBMSS_DEFINE_KERNEL(kick);
+HYBMSS_DEFINE_KERNEL(move_into);
 
 } // namespace hybmss::kernels
