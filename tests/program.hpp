@@ -53,11 +53,12 @@ struct ProgramResult {
     std::string output, errors;
 };
 
-/// `hybmss ARGUMENTS` with `directory` as the working directory.
-inline ProgramResult run_program(const std::string& arguments, const std::filesystem::path& directory) {
+/// `hybmss ARGUMENTS` (or another program) with `directory` as the working directory.
+inline ProgramResult run_program(const std::string& arguments, const std::filesystem::path& directory,
+                                 const std::string& program = HYBMSS_APP) {
     TemporaryDirectory streams;
     const std::string out = streams.path() / "out", err = streams.path() / "err";
-    const std::string command = "cd '" + directory.string() + "' && '" HYBMSS_APP "' " + arguments + " >'" + out +
+    const std::string command = "cd '" + directory.string() + "' && '" + program + "' " + arguments + " >'" + out +
                                 "' 2>'" + err + "' </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), read_text(err)};

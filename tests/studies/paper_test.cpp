@@ -99,7 +99,7 @@ TEST(Paper, differences_from_the_print_are_named) {
 TEST(Paper, program_prints_a_table_three_ways) {
     const test::TemporaryDirectory directory;
     const test::ProgramResult result =
-        test::run_program("paper torsion --json t.json --markdown t.md", directory.path());
+        test::run_program("paper torsion --json t.json --markdown t.md", directory.path(), HYBMSS_STUDY);
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     EXPECT_NE(result.output.find("Table 5: torsion"), std::string::npos) << result.output;
     const auto json = nlohmann::json::parse(test::read_text(directory.path() / "t.json"));
@@ -122,8 +122,9 @@ TEST(Paper, program_prints_a_table_three_ways) {
 
 TEST(Paper, program_refuses_what_it_does_not_know) {
     const test::TemporaryDirectory directory;
-    EXPECT_EQ(test::run_program("paper flexion", directory.path()).exit_code, 2);
-    const test::ProgramResult store = test::run_program("paper torsion --store kept.json", directory.path());
+    EXPECT_EQ(test::run_program("paper flexion", directory.path(), HYBMSS_STUDY).exit_code, 2);
+    const test::ProgramResult store =
+        test::run_program("paper torsion --store kept.json", directory.path(), HYBMSS_STUDY);
     EXPECT_EQ(store.exit_code, 2);
     EXPECT_NE(store.errors.find("--store"), std::string::npos) << store.errors;
     EXPECT_FALSE(std::filesystem::exists(directory.path() / "kept.json"));
