@@ -244,7 +244,7 @@ def test_work_precision_tells_of_its_arguments(tmp_path):
 
 
 def test_stubs_name_what_the_module_has():
-    tree = ast.parse((SOURCE / "examples/python/hybmss.pyi").read_text())
+    tree = ast.parse((SOURCE / "bindings/python/hybmss.pyi").read_text())
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     assert functions == {name for name, value in vars(hybmss).items() if inspect.isbuiltin(value)}
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
