@@ -55,8 +55,8 @@ hybmss_plan_options Arguments::plan_options() {
                                                "coloured-soa", "no such"};
     static constexpr const char* kSets[] = {nullptr, "automatic", "sse2", "avx2", "neon", "no such"};
     hybmss_plan_options options = hybmss_default_plan_options();
-    options.layout = kLayouts[below(9)];
-    options.instruction_set = seldom() ? kSets[below(6)] : nullptr;
+    options.layout = one_of(kLayouts);
+    options.instruction_set = seldom() ? one_of(kSets) : nullptr;
     options.accuracy = seldom() ? any<std::int32_t>() : below(3);
     options.threads = seldom() ? any<std::int32_t>() : 1;
     // Measuring takes a third of a second, and the clock's word is not the input's.

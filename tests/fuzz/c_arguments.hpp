@@ -21,6 +21,10 @@ public:
 
     bool left() { return given_.remaining_bytes() > 0; }
     bool seldom() { return given_.ConsumeIntegral<std::uint8_t>() % 16 == 0; }
+    template <class T, std::size_t count>
+    T one_of(const T (&all)[count]) {
+        return all[static_cast<std::size_t>(below(static_cast<int>(count)))];
+    }
     int below(int count) { return given_.ConsumeIntegralInRange(0, count - 1); }
     template <class Integer>
     Integer any() {
