@@ -2,9 +2,13 @@
 
 #include "hybmss/simulation/scene.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
+#include <limits>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -20,7 +24,35 @@ int report(const CLI::App& app, std::string message, int code) {
     return code;
 }
 
+/// CLI11 says of an unknown command that one is needed, and of none at all no more. "" where it may go on.
+std::string wrong_command(const CLI::App& app, int argc, const char* const* argv) {
+    const auto known = app.get_subcommands([](const CLI::App*) { return true; });
+    std::string names;
+    for (const CLI::App* command : known) {
+        names += (names.empty() ? "" : ", ") + command->get_name();
+    }
+    if (names.empty()) {
+        return "";
+    }
+    if (argc < 2) {
+        return "a command is needed: one of " + names;
+    }
+    const std::string word = argv[1];
+    if (word.starts_with("-")) {
+        return "";
+    }
+    for (const CLI::App* command : known) {
+        if (command->get_name() == word) {
+            return wrong_command(*command, argc - 1, argv + 1);
+        }
+    }
+    return "\"" + word + "\" is no command; there are " + names;
+}
+
 int parse(CLI::App& app, int argc, const char* const* argv) {
+    if (const std::string wrong = wrong_command(app, argc, argv); !wrong.empty()) {
+        return report(app, wrong, kBadInput);
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::RuntimeError& error) {
@@ -36,11 +68,40 @@ int parse(CLI::App& app, int argc, const char* const* argv) {
                : report(app, "standard output: cannot be written", kFailed);
 }
 
+CLI::Validator in_range(double low, double high, bool whole) {
+    return CLI::Validator(
+        [=](const std::string& text) {
+            double value = 0;
+            const bool good = CLI::detail::lexical_cast(text, value) && value >= low && value <= high &&
+                              (!whole || value == std::floor(value));
+            // As digits: the option's own type may know no fraction and no exponent.
+            const bool digits = !whole || text.find_first_not_of("+-0123456789") == std::string::npos;
+            const char* kind = whole ? "whole number" : "number";
+            return good && digits ? std::string()
+                   : std::isinf(high)
+                       ? fmt::format("{}: it must be a {} at least {:g}", text, kind, low)
+                       : fmt::format("{}: it must be a {} from {:.10g} to {:.10g}", text, kind, low, high);
+        },
+        "");
+}
+
 } // namespace
 
 CLI::Validator a_path() {
     return CLI::Validator(
         [](const std::string& path) { return path.empty() ? std::string("it must not be empty") : std::string(); }, "");
+}
+
+CLI::Validator number(double low, double high) {
+    return in_range(low, high, false);
+}
+
+CLI::Validator whole_number(double low, double high) {
+    return in_range(low, high, true);
+}
+
+CLI::Validator a_seed() {
+    return whole_number(0, std::numeric_limits<unsigned>::max());
 }
 
 int run_command_line(CLI::App& app, int argc, const char* const* argv) {

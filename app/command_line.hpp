@@ -11,4 +11,9 @@ int run_command_line(CLI::App& app, int argc, const char* const* argv);
 /// For options that name a file or a directory: an empty one is most likely a variable that was not set.
 CLI::Validator a_path();
 
+/// For options that take a number in a range; CLI11's own lets NaN pass, and refuses "1.5" as out of range.
+CLI::Validator number(double low, double high);
+CLI::Validator whole_number(double low, double high);
+CLI::Validator a_seed();
+
 } // namespace hybmss

@@ -1,20 +1,22 @@
-#include "app/body_report.hpp"
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
-#include "app/effect_costs.hpp"
-#include "app/explain_json.hpp"
-#include "app/json_file.hpp"
+#include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
+#include "app/scene_report.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
+#include "simulation/results/plan_json.hpp"
+#include "simulation/run/effect_list.hpp"
 #include "simulation/run/memory.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace {
@@ -23,9 +25,97 @@ using namespace hybmss;
 
 struct ExplainArguments {
     std::string scene, json;
-    bool keys = false, effects = false;
+    bool keys = false, effects = false, force = false;
     PlanArguments plan;
 };
+
+/// What an effect of a scene takes, by the scene without it.
+struct EffectCost {
+    const EffectRule* rule;
+    bool in;
+    std::optional<long long> bytes;    ///< that it adds to the dynamics; none for what no body can do without
+    std::optional<double> nanoseconds; ///< that it adds to a cell's step; of explicit steps alone
+};
+
+constexpr int kRounds = 11;
+constexpr double kSliceSeconds = 0.005;
+
+/// A scene that can be stepped for as long as timing takes: begun anew where it diverges, as it may beyond its duration
+/// or without one of its effects.
+struct Timed {
+    Timed(Scene scene, const SimulationOptions& given) : options(given), simulation(std::move(scene), given) {}
+    SimulationOptions options;
+    Simulation simulation;
+};
+
+double seconds_of(Timed& timed, long steps) {
+    const long before = timed.simulation.steps();
+    const auto start = std::chrono::steady_clock::now();
+    const auto seconds = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    try {
+        timed.simulation.step(steps);
+        return seconds();
+    } catch (const std::runtime_error&) {
+        const auto taken = static_cast<double>(timed.simulation.steps() - before);
+        const double a_step = seconds() / std::max(taken, 1.0);
+        timed.simulation = Simulation(timed.simulation.scene(), timed.options);
+        return a_step * static_cast<double>(steps);
+    }
+}
+
+long steps_of_a_slice(Timed& simulation) {
+    simulation.simulation.step();
+    for (long steps = 1;; steps *= 2) {
+        const double seconds = seconds_of(simulation, steps);
+        if (seconds > kSliceSeconds / 4) {
+            return std::max(1L, std::lround(kSliceSeconds / seconds * static_cast<double>(steps)));
+        }
+    }
+}
+
+/// Seconds a step that `with` takes longer than `rest`, the median over rounds in which both have a slice.
+double difference(Timed& with, Timed& rest) {
+    const long steps[2] = {steps_of_a_slice(with), steps_of_a_slice(rest)};
+    std::vector<double> differences;
+    for (int round = 0; round < kRounds; ++round) {
+        // Either comes first in turn.
+        double seconds[2];
+        for (int i : {round % 2, 1 - round % 2}) {
+            seconds[i] = seconds_of(i == 0 ? with : rest, steps[i]) / static_cast<double>(steps[i]);
+        }
+        differences.push_back(seconds[0] - seconds[1]);
+    }
+    std::nth_element(differences.begin(), differences.begin() + kRounds / 2, differences.end());
+    return differences[kRounds / 2];
+}
+
+/// Every effect of the list in its order. Those in the scene that it can do without are measured: explicit steps of the
+/// scene and of the scene without them in turns, by the median of the differences. That takes about a tenth of a second
+/// each, longer where a step does.
+std::vector<EffectCost> effect_costs(const Simulation& simulation, const SimulationOptions& options) {
+    const Scene& scene = simulation.scene();
+    const bool explicit_in_time = scene.solver.method == SolverMethod::symplectic_euler;
+    const double needed = 3 * estimated_bytes(scene.body, options);
+    SimulationOptions same = options;
+    same.plan = simulation.describe().choice;
+    std::vector<EffectCost> costs;
+    for (const EffectRule& rule : effect_rules()) {
+        EffectCost& cost = costs.emplace_back(EffectCost{&rule, rule.in(scene), {}, {}});
+        if (!cost.in || !rule.remove || needed > available_bytes()) {
+            continue;
+        }
+        Timed with(scene, same), rest(without(scene, rule), same);
+        if (explicit_in_time) {
+            cost.nanoseconds = 1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
+        }
+        // After steps: some arrays are made by the first.
+        cost.bytes = static_cast<long long>(with.simulation.describe().bytes) -
+                     static_cast<long long>(rest.simulation.describe().bytes);
+    }
+    return costs;
+}
 
 /// Times real steps of the simulation, for a fifth of a second or five steps.
 double seconds_a_step(Simulation& simulation) {
@@ -140,6 +230,56 @@ void explain_accuracy(const AccuracyReport& report) {
     }
 }
 
+using Json = nlohmann::ordered_json;
+
+template <class Value>
+Json or_null(const std::optional<Value>& value) {
+    return value ? Json(*value) : Json();
+}
+
+Json effects_json(const Simulation& simulation, std::span<const EffectCost> costs) {
+    const std::string kernel = simulation.describe().kernel;
+    Json effects = Json::array();
+    for (const EffectCost& cost : costs) {
+        Json effect = {{"name", cost.rule->name}, {"in", cost.in}, {"why", cost.rule->reason(simulation)}};
+        if (cost.in) {
+            effect["kernel"] = cost.rule->kernel.empty() ? kernel : std::string(cost.rule->kernel);
+            effect["bytes"] = or_null(cost.bytes);
+            effect["ns_per_cell_step"] = or_null(cost.nanoseconds);
+        }
+        effects.push_back(effect);
+    }
+    return effects;
+}
+
+Json candidates_json(const PlanDescription& plan) {
+    Json candidates = Json::array();
+    for (const CandidateFigure& figure : plan.candidates) {
+        candidates.push_back(
+            {{"name", figure.name}, {"ns_per_cell_step", figure.ns_per_cell_step}, {"finalist", figure.finalist}});
+    }
+    return candidates;
+}
+
+/// For programs: the effects with their bytes and ns, the body, the plan and its candidates, the time steps. Numbers in
+/// SI units and ns.
+void write_explanation(const Simulation& simulation, std::span<const EffectCost> costs, std::ostream& out) {
+    const PlanDescription plan = simulation.describe();
+    Json json;
+    json["effects"] = effects_json(simulation, costs);
+    json["body"] = {{"cells", simulation.lattice().cell_count()},
+                    {"grid", simulation.lattice().cells()},
+                    {"nodes", simulation.node_count()},
+                    {"springs", plan.springs}};
+    json["plan"] = plan_json(plan);
+    json["plan"]["effort"] = name(plan.effort);
+    json["plan"]["why"] = plan.reason;
+    json["plan"]["candidates"] = candidates_json(plan);
+    json["critical_time_step"] = simulation.critical_time_step();
+    json["time_step"] = simulation.time_step();
+    out << json.dump(2) << '\n';
+}
+
 void explain(const ExplainArguments& arguments) {
     if (arguments.keys) {
         fmt::print("{}", scene_keys_markdown());
@@ -152,7 +292,7 @@ void explain(const ExplainArguments& arguments) {
     if (arguments.scene.empty()) {
         throw std::invalid_argument("explain: a SCENE file, --keys or --effects is needed");
     }
-    const auto json = open_json_file(arguments.json);
+    const auto json = open_output("--json", arguments.json, {"{\"effects\":", {arguments.scene}, arguments.force});
     SimulationOptions options = arguments.plan.options();
     Scene read = load_scene(arguments.scene);
     std::optional<AccuracyReport> offers;
@@ -222,6 +362,7 @@ void add_explain_command(CLI::App& app) {
                       "print all keys of the scene format instead, as in docs/report/scene_keys.md");
     command->add_flag("--effects", arguments->effects, "print all effects there are instead, as in docs/effects.md");
     command->add_option("--json", arguments->json, "also write it to this file")->check(a_path());
+    add_force_option(*command, arguments->force);
     arguments->plan.add_to(*command, true);
     command->callback([arguments] { explain(*arguments); });
 }

@@ -1,8 +1,7 @@
 #include "app/plan_arguments.hpp"
 
+#include "app/command_line.hpp"
 #include "simulation/geometry/read_file.hpp"
-
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -15,7 +14,7 @@ void PlanArguments::add_to(CLI::App& command, bool with_layout) {
     command.add_option("--isa", instruction_set, "instruction set: automatic, sse2, avx2, avx512 or neon")
         ->capture_default_str();
     command.add_option("--threads", threads, "worker threads at most; 0: all of the machine")
-        ->check(CLI::Range(0, 4096))
+        ->check(whole_number(0, 4096))
         ->capture_default_str();
     precision_option_ = command.add_option("--precision", precision, "float or double")->capture_default_str();
     command

@@ -3,12 +3,13 @@
 
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
+#include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
 #include "hybmss/record.hpp"
 #include "hybmss/simulation/simulation.hpp"
 #include "reference/body.hpp"
 #include "reference/forces.hpp"
-#include "simulation/results/atomic_file.hpp"
+#include "simulation/geometry/read_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -27,6 +28,7 @@ struct RecordArguments {
     std::string scene, out;
     int states = 3;
     unsigned seed = 1;
+    bool force = false;
 };
 
 struct ReplayArguments {
@@ -68,6 +70,7 @@ RecordedState recorded(const reference::Body& body, double least_scale, double t
 }
 
 void record(const RecordArguments& arguments) {
+    const auto out = open_output("--out", arguments.out, {"hybmss-record", {arguments.scene}, arguments.force});
     Simulation simulation(load_scene(arguments.scene));
     Record record;
     record.lattice = simulation.lattice();
@@ -91,7 +94,8 @@ void record(const RecordArguments& arguments) {
     }
     const std::string text = record_text(record);
     parse_record(text, arguments.out); // what would be refused must not be written
-    write_file(arguments.out, text);
+    out->stream() << text;
+    out->commit();
     fmt::print("{}: {} states of {} nodes\n", arguments.out, record.states.size(), simulation.node_count());
 }
 
@@ -121,9 +125,11 @@ void replay(const ReplayArguments& arguments) {
     const SimulationOptions options = arguments.plan.options();
     std::unique_ptr<Record> record;
     try {
-        record = std::make_unique<Record>(load_record(arguments.record));
+        record = std::make_unique<Record>(parse_record(read_regular_file(arguments.record), arguments.record));
     } catch (const RecordError& error) {
         throw std::invalid_argument(error.what()); // bad input
+    } catch (const std::runtime_error& error) {
+        throw std::invalid_argument(arguments.record + ": cannot be read: " + error.what());
     }
     fmt::print("{:>5}  {:>10}  {:6}  {:>10}  {:>10}  {:>10}\n", "state", "time, s", "type", "forces", "energy",
                "tolerance");
@@ -142,12 +148,13 @@ void add_record_command(CLI::App& app) {
         app.add_subcommand("record", "write states and forces that other programs check their own forces against");
     command->add_option("SCENE", arguments->scene, "scene file (TOML)")->required();
     command->add_option("--out", arguments->out, "the record")->check(a_path())->required();
+    add_force_option(*command, arguments->force);
     command
         ->add_option("--states", arguments->states,
                      "a random state, and the others evenly over the scene's duration (static: its equilibrium)")
-        ->check(CLI::Range(1, 1000))
+        ->check(whole_number(1, 1000))
         ->capture_default_str();
-    command->add_option("--seed", arguments->seed, "of the random state")->capture_default_str();
+    command->add_option("--seed", arguments->seed, "of the random state")->check(a_seed())->capture_default_str();
     command->callback([arguments] { record(*arguments); });
 }
 

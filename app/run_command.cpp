@@ -1,10 +1,8 @@
-#include "app/body_report.hpp"
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/progress_line.hpp"
-#include "app/stop_signal.hpp"
-#include "app/summary_table.hpp"
+#include "app/scene_report.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 #include "simulation/results/results.hpp"
 
@@ -12,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -26,10 +25,36 @@ using namespace hybmss;
 
 struct RunArguments {
     std::string scene, out;
-    bool restart = false;
+    bool restart = false, quiet = false;
     double checkpoint_every = 60; ///< s of wall time
     PlanArguments plan;
 };
+
+volatile std::sig_atomic_t caught = 0;
+
+void remember(int signal) {
+    caught = signal;
+}
+
+/// From now on the first SIGTERM, SIGINT or SIGHUP only sets stop_signal(); a second one of the same ends the program.
+void catch_stop_signals() {
+    struct sigaction action {};
+    action.sa_handler = remember;
+    action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGINT, &action, nullptr);
+    struct sigaction before {};
+    sigaction(SIGHUP, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) { // nohup
+        sigaction(SIGHUP, &action, nullptr);
+    }
+}
+
+/// The signal that came, or 0.
+int stop_signal() {
+    return caught;
+}
 
 /// Everything about the scene is checked before the directory is made, so that bad input leaves nothing behind.
 std::optional<Results> open_results(const std::string& directory, const Simulation& simulation,
@@ -104,8 +129,17 @@ void write(const std::string& scene, const Summary& summary, const std::function
     }
 }
 
-/// Warnings on stderr; throws where the run failed.
+/// What came of it on stdout, warnings on stderr; throws where the run failed.
 void report_end(const RunArguments& arguments, const Simulation& simulation, const Summary& summary) {
+    if (arguments.quiet) {
+        fmt::print("{}: {}{}\n", arguments.scene, summary_line(simulation, summary),
+                   arguments.out.empty() ? "" : "; results in " + arguments.out);
+    } else {
+        fmt::print("{}", summary_table(simulation, summary));
+        if (!arguments.out.empty()) {
+            fmt::print("results in {}\n", arguments.out);
+        }
+    }
     if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: after the cuts the body has {}\n", arguments.scene, parts);
     }
@@ -141,16 +175,14 @@ void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
     std::optional<Results> results = open_results(arguments.out, solution.simulation, "");
     SimulationOptions used = options.simulation;
     used.precision = parse_precision(solution.summary.plan.precision);
-    fmt::print("{:<24} {}\n", "body", body_line(solution.simulation, used));
+    if (!arguments.quiet) {
+        fmt::print("{:<24} {}\n", "body", body_line(solution.simulation, used));
+    }
     if (results) {
         write(arguments.scene, solution.summary, [&] {
             results->record();
             results->finish(solution.summary);
         });
-    }
-    fmt::print("{}", summary_table(solution.simulation, solution.summary));
-    if (results) {
-        fmt::print("results in {}\n", arguments.out);
     }
     report_end(arguments, solution.simulation, solution.summary);
 }
@@ -166,8 +198,10 @@ void run_scene(const RunArguments& arguments) {
     Simulation simulation = open_simulation(std::move(scene), arguments, options, before);
     std::optional<Results> results = open_results(arguments.out, simulation, before);
     std::optional<RunCheckpoint> checkpoint;
-    fmt::print("{:<24} {}\n", "body", body_line(simulation, options));
-    std::fflush(stdout); // the run may take long
+    if (!arguments.quiet) {
+        fmt::print("{:<24} {}\n", "body", body_line(simulation, options));
+        std::fflush(stdout); // the run may take long
+    }
     if (const std::string parts = parts_line(simulation.lattice()); !parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
     }
@@ -213,10 +247,6 @@ void run_scene(const RunArguments& arguments) {
             checkpoint->remove();
         }
     }
-    fmt::print("{}", summary_table(simulation, summary));
-    if (results) {
-        fmt::print("results in {}\n", arguments.out);
-    }
     report_end(arguments, simulation, summary);
 }
 
@@ -228,12 +258,6 @@ void refuse_what_the_checkpoint_fixes(const CLI::App& command) {
     }
 }
 
-/// NaN fails every comparison.
-std::string seconds(const std::string& text) {
-    double value = 0;
-    return CLI::detail::lexical_cast(text, value) && value >= 0 ? "" : text + ": it must be a number at least 0";
-}
-
 } // namespace
 
 void add_run_command(CLI::App& app) {
@@ -242,6 +266,7 @@ void add_run_command(CLI::App& app) {
     command->add_option("SCENE", arguments->scene, "scene file (TOML)")->required();
     command->add_option("--out", arguments->out, "directory for summary.json, probes.csv, body_NNNN.vtu and body.pvd")
         ->check(a_path());
+    command->add_flag("--quiet", arguments->quiet, "one line at the end instead of tables");
     arguments->plan.add_to(*command, true);
     CLI::Option* restart =
         command->add_flag("--restart", arguments->restart,
@@ -250,7 +275,7 @@ void add_run_command(CLI::App& app) {
     command
         ->add_option("--checkpoint-every", arguments->checkpoint_every,
                      "wall time in s between checkpoints in --out; 0: at every check of the state")
-        ->check(seconds)
+        ->check(number(0, HUGE_VAL))
         ->capture_default_str()
         ->needs("--out");
     command->callback([arguments, command] {

@@ -1,12 +1,12 @@
+#include "app/command_line.hpp"
 #include "app/commands.hpp"
+#include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
-#include "app/tune_check.hpp"
 #include "app/tune_rows.hpp"
 #include "plan/tuning/candidates.hpp"
 #include "simulation/run/memory.hpp"
 #include "simulation/scene/scene_lattice.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -24,7 +24,7 @@ struct TuneArguments {
     int threads = 0;
     bool one_tile = false;
     double seconds = 0.3;
-    bool matrix = false, check = false;
+    bool matrix = false, check = false, force = false;
 };
 
 std::vector<TuneRow> rows_of(const TuneArguments& arguments) {
@@ -141,6 +141,8 @@ void tune(const TuneArguments& arguments) {
         std::erase_if(rows, [](const TuneRow& row) { return row.as_network; });
     }
     const std::filesystem::path file = file_of(arguments);
+    // Opened and left, so that a wrong path is known before the work; every row writes it anew.
+    open_output("--wisdom", file, {"#Whathybmssmeasured.", {arguments.scene}, arguments.force});
     Wisdom wisdom = wisdom_in(file);
     const bool terminal = isatty(fileno(stderr)) == 1;
     std::vector<Checked> checks;
@@ -184,12 +186,13 @@ void add_tune_command(CLI::App& app) {
         ->excludes(scene);
     command->add_option("--wisdom", arguments->wisdom_file,
                         "file to add to; default: $XDG_CACHE_HOME/hybmss/wisdom or ~/.cache/hybmss/wisdom");
+    add_force_option(*command, arguments->force);
     command->add_flag(
         "--check", arguments->check,
         "also time all candidates at length and compare the choice; without a SCENE, on the meshes of the "
         "paper's Table 6 and a hollow ball of voxels");
     command->add_option("--seconds", arguments->seconds, "for timing, a body")
-        ->check(CLI::Range(0.01, 3600.0))
+        ->check(number(0.01, 3600))
         ->capture_default_str();
     command->add_option("--operation", arguments->operation, "step (what run does) or forces (ForcePlan)")
         ->check(CLI::IsMember({"step", "forces"}))
@@ -198,7 +201,7 @@ void add_tune_command(CLI::App& app) {
         ->check(CLI::IsMember({"float", "double", "both"}))
         ->capture_default_str();
     command->add_option("--threads", arguments->threads, "worker threads at most; 0: all of the machine")
-        ->check(CLI::Range(0, 4096))
+        ->check(whole_number(0, 4096))
         ->capture_default_str();
     command->add_option("--isa", arguments->instruction_set, "instruction set: automatic, sse2, avx2, avx512 or neon")
         ->capture_default_str();

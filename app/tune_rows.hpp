@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The bodies that `hybmss tune` measures.
+/// The bodies that `hybmss tune` measures, and whether the tuner chose well: all candidates timed at length.
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
@@ -32,5 +32,17 @@ std::vector<TuneRow> tune_matrix(const std::vector<Precision>& precisions, bool 
 
 /// The bodies that the tuner's choices are checked on: the meshes of Table 6 and a hollow ball of voxels, full HybMSS.
 std::vector<TuneRow> check_rows(const std::vector<Precision>& precisions, bool forces);
+
+struct ExhaustiveFigure {
+    std::string name;
+    double ns_per_cell_step;
+};
+
+/// Every candidate on the whole body, none dropped, in interleaved rounds; fastest first. `seconds` is for each of
+/// them. All of them are held at the same time, so the body should not be huge.
+std::vector<ExhaustiveFigure> time_exhaustively(const TuneRow& row, const PlanOptions& options, double seconds);
+
+/// The plan that the options make of a row's body.
+PlanDescription describe_plan(const TuneRow& row, const PlanOptions& options);
 
 } // namespace hybmss

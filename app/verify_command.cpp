@@ -1,6 +1,6 @@
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
-#include "app/json_file.hpp"
+#include "app/output_file.hpp"
 #include "app/verify/verify.hpp"
 
 #include <CLI/CLI.hpp>
@@ -13,7 +13,7 @@ namespace {
 
 struct VerifyArguments {
     std::string json, instruction_set = "all";
-    bool quick = false, rows = false;
+    bool quick = false, rows = false, force = false;
     unsigned seed = 1;
 };
 
@@ -25,7 +25,7 @@ void run_verify(const VerifyArguments& arguments) {
     if (arguments.instruction_set != "all") {
         options.instruction_sets = {resolve(parse_instruction_set(arguments.instruction_set))};
     }
-    const auto json = open_json_file(arguments.json);
+    const auto json = open_output("--json", arguments.json, {"{\"version\":", {}, arguments.force});
     const auto start = std::chrono::steady_clock::now();
     const verify::RowTable table = verify::run_matrix(options);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -47,11 +47,14 @@ void add_verify_command(CLI::App& app) {
     const auto arguments = std::make_shared<VerifyArguments>();
     CLI::App* command = app.add_subcommand("verify", "compare every kernel of this machine with the scalar reference");
     command->add_option("--json", arguments->json, "also write the rows to this file")->check(hybmss::a_path());
+    hybmss::add_force_option(*command, arguments->force);
     command
         ->add_option("--isa", arguments->instruction_set, "force one instruction set: sse2, avx2, avx512, neon; or all")
         ->capture_default_str();
     command->add_flag("--quick", arguments->quick, "leave out bodies of more than 1000 cells");
     command->add_flag("--rows", arguments->rows, "print every row of the matrix, not a line for each layout and type");
-    command->add_option("--seed", arguments->seed, "of the random bodies and displacements")->capture_default_str();
+    command->add_option("--seed", arguments->seed, "of the random bodies and displacements")
+        ->check(hybmss::a_seed())
+        ->capture_default_str();
     command->callback([arguments] { run_verify(*arguments); });
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace hybmss::bench {
 namespace {
@@ -86,32 +87,33 @@ void check_layout(const std::string& layout) {
     }
 }
 
-std::vector<BenchRow> step_rows(const RowChoices& choices, bool quick) {
+RowChoices RowChoices::with_layouts(std::vector<std::string> otherwise) const {
+    RowChoices whole = *this;
+    if (whole.layouts.empty()) {
+        whole.layouts = std::move(otherwise);
+    }
+    if (whole.threads.empty()) {
+        whole.threads = quick ? std::vector<int>{1} : std::vector<int>{1, 2};
+    }
+    return whole;
+}
+
+std::vector<BenchRow> step_rows(const RowChoices& choices) {
     std::vector<std::array<int, 3>> meshes(kTable6.begin(), kTable6.end());
     std::vector<Model> models = {Model::hybmss, Model::without_face_diagonals, Model::without_correction_forces};
-    if (quick) {
+    if (choices.quick) {
         meshes.assign(kQuick.begin(), kQuick.end());
-        models = {Model::hybmss, Model::without_correction_forces};
+        models = {Model::hybmss};
     }
     std::vector<BenchRow> rows;
-    const auto append = [&](const std::array<int, 3>& mesh, Model model, int wall) {
-        for (const std::string& layout : choices.layouts) {
-            for (InstructionSet set : choices.instruction_sets) {
-                for (Precision precision : choices.precisions) {
-                    for (int count : choices.threads) {
-                        rows.push_back({mesh, model, layout, set, precision, count, choices.accuracy, wall});
-                    }
-                }
-            }
-        }
-    };
+    const auto append = [&](const BenchRow& row) { rows.push_back(row); };
     for (const auto& mesh : meshes) {
         for (Model model : models) {
-            append(mesh, model, 0);
+            for_rows(choices, mesh, model, 0, append);
         }
     }
-    if (!quick) {
-        append({64, 64, 64}, Model::hybmss, 4);
+    if (!choices.quick) {
+        for_rows(choices, {64, 64, 64}, Model::hybmss, 4, append);
     }
     return rows;
 }

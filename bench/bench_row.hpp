@@ -36,13 +36,19 @@ struct BenchRow {
     int wall = 0; ///< above 0: a hollow ball in mesh[0]^3 cells, its wall so many cells thick; else a box
 };
 
-/// What the matrix is spanned by, besides meshes and models.
+/// What was asked for; each benchmark takes of it what it can vary.
 struct RowChoices {
     std::vector<InstructionSet> instruction_sets;
-    std::vector<std::string> layouts = {"lattice", "network"};
+    std::vector<std::string> layouts; ///< none: those that the benchmark is about
     std::vector<Precision> precisions = {Precision::float32, Precision::float64};
-    std::vector<int> threads = {1, 2};
+    std::vector<int> threads; ///< none: one and two; one where `quick`
     Accuracy accuracy = Accuracy::accurate;
+    double seconds = 0.5; ///< about, a row
+    bool quick = false;   ///< the few rows that tell most
+    bool large = false;   ///< the largest bodies too
+
+    /// With what is not named filled in.
+    RowChoices with_layouts(std::vector<std::string> otherwise) const;
 };
 
 /// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1"; `operation` is "step" or "hessian".
@@ -62,8 +68,22 @@ std::vector<std::string> row_layouts();
 /// Throws std::invalid_argument that lists the known names.
 void check_layout(const std::string& layout);
 
-/// Golec et al.'s Table 6 x three models x what `choices` span, and full HybMSS on a hollow ball. `quick`: two meshes
-/// and two models only.
-std::vector<BenchRow> step_rows(const RowChoices& choices, bool quick);
+/// Calls append(row) for every row that the choices span, of a mesh and a model.
+template <class Append>
+void for_rows(const RowChoices& choices, const std::array<int, 3>& mesh, Model model, int wall, const Append& append) {
+    for (const std::string& layout : choices.layouts) {
+        for (InstructionSet set : choices.instruction_sets) {
+            for (Precision precision : choices.precisions) {
+                for (int threads : choices.threads) {
+                    append(BenchRow{mesh, model, layout, set, precision, threads, choices.accuracy, wall});
+                }
+            }
+        }
+    }
+}
+
+/// Golec et al.'s Table 6 x three models x what `choices` span, and full HybMSS on a hollow ball. `choices.quick`: the
+/// full model on two cubes.
+std::vector<BenchRow> step_rows(const RowChoices& choices);
 
 } // namespace hybmss::bench

@@ -72,4 +72,9 @@ std::vector<std::pair<std::string, std::string>> machine_description() {
             {"hybmss_build_type", build_type()}};
 }
 
+std::string machine_line() {
+    return cpu_model() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads, " +
+           instruction_sets() + "; hybmss " + kVersion + ", " + build_type() + ", " + compiler();
+}
+
 } // namespace hybmss::bench

@@ -13,6 +13,9 @@ namespace hybmss::bench {
 /// build type and version of this library. (Google Benchmark's own `library_build_type` tells of its own build only.)
 std::vector<std::pair<std::string, std::string>> machine_description();
 
+/// The same for a person, in one line.
+std::string machine_line();
+
 /// Bytes of memory that the system says a program can still have; infinity where it does not say.
 double available_memory();
 

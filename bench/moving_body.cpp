@@ -9,7 +9,7 @@ namespace hybmss::bench {
 template <class T>
 std::vector<T> random_displacements(std::size_t nodes, double cell_size) {
     std::mt19937 random(1);
-    std::uniform_real_distribution<double> uniform(-0.01 * cell_size, 0.01 * cell_size);
+    std::uniform_real_distribution<double> uniform(-kDisturbance * cell_size, kDisturbance * cell_size);
     std::vector<T> values(3 * nodes);
     std::generate(values.begin(), values.end(), [&] { return static_cast<T>(uniform(random)); });
     return values;

@@ -12,7 +12,10 @@
 
 namespace hybmss::bench {
 
-/// Displacements (m) of `nodes` nodes, x y z each: random, at a strain near 1e-2.
+/// The largest component of a random displacement, in cell edges: strains are near it.
+inline constexpr double kDisturbance = 0.01;
+
+/// Displacements (m) of `nodes` nodes, x y z each: random, at a strain near kDisturbance.
 template <class T>
 std::vector<T> random_displacements(std::size_t nodes, double cell_size);
 

@@ -1,12 +1,108 @@
 #include "bench/row.hpp"
 
-#include "bench/row_reporter.hpp"
+#include "bench/machine.hpp"
 
 #include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <map>
 #include <regex>
 #include <stdexcept>
+#include <utility>
 
 namespace hybmss::bench {
+namespace {
+
+/// Prints the rows as a table while they are measured, and writes them as Google Benchmark's JSON. `json` may be null.
+class RowReporter : public benchmark::BenchmarkReporter {
+public:
+    RowReporter(const std::vector<Row>& rows, std::string introduction, std::ostream& table, std::ostream* json);
+
+    bool ReportContext(const Context& context) override;
+    void ReportRuns(const std::vector<Run>& runs) override;
+    void Finalize() override;
+
+    bool failed() const { return failed_; }
+
+private:
+    void print(const Row& row, const Run& run);
+
+    std::map<std::string, const Row*> rows_;
+    std::string introduction_;
+    std::ostream& table_;
+    bool write_json_;
+    benchmark::JSONReporter json_;
+    std::string heading_;
+    bool failed_ = false;
+};
+
+RowReporter::RowReporter(const std::vector<Row>& rows, std::string introduction, std::ostream& table,
+                         std::ostream* json)
+    : introduction_(std::move(introduction)), table_(table), write_json_(json != nullptr) {
+    for (const Row& row : rows) {
+        rows_.emplace(row.name, &row);
+    }
+    if (write_json_) {
+        json_.SetOutputStream(json);
+        json_.SetErrorStream(json);
+    }
+}
+
+bool RowReporter::ReportContext(const Context& context) {
+    for (const auto& [key, value] : machine_description()) {
+        benchmark::AddCustomContext(key, value);
+    }
+    table_ << machine_line() << '\n' << introduction_;
+    return !write_json_ || json_.ReportContext(context);
+}
+
+void RowReporter::ReportRuns(const std::vector<Run>& runs) {
+    std::vector<Run> named = runs;
+    for (Run& run : named) {
+        // Google Benchmark appends how it was told to measure; a row's name says what was measured only.
+        run.run_name = {};
+        run.run_name.function_name = runs.front().run_name.function_name;
+        const auto found = rows_.find(run.run_name.function_name);
+        if (found == rows_.end()) {
+            continue;
+        }
+        run.threads = found->second->threads;
+        failed_ = failed_ || run.error_occurred;
+        print(*found->second, run);
+    }
+    if (write_json_) {
+        json_.ReportRuns(named);
+    }
+}
+
+void RowReporter::Finalize() {
+    if (write_json_) {
+        json_.Finalize();
+    }
+}
+
+void RowReporter::print(const Row& row, const Run& run) {
+    if (row.heading != heading_) {
+        table_ << (heading_.empty() ? "" : "\n") << row.heading << '\n';
+        heading_ = row.heading;
+    }
+    if (run.error_occurred) {
+        table_ << "    " << row.name << ": " << run.error_message << std::endl;
+    } else {
+        table_ << row.line(run) << std::endl;
+    }
+}
+
+} // namespace
+
+std::string printed(const char* format, ...) {
+    char text[512];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    return text;
+}
 
 double counter(const benchmark::BenchmarkReporter::Run& run, const char* key) {
     const auto found = run.counters.find(key);
@@ -27,8 +123,8 @@ void filter_rows(std::vector<Row>& rows, const std::string& expression) {
     }
 }
 
-bool run_rows(const std::vector<Row>& rows, const std::string& introduction, std::ostream& table, std::ostream* json) {
-    for (const Row& row : rows) {
+bool run_rows(const Table& measured, std::ostream& table, std::ostream* json) {
+    for (const Row& row : measured.rows) {
         const auto guarded = [measure = row.measure](benchmark::State& state) {
             try {
                 measure(state);
@@ -38,7 +134,7 @@ bool run_rows(const std::vector<Row>& rows, const std::string& introduction, std
         };
         benchmark::RegisterBenchmark(row.name.c_str(), guarded)->UseManualTime()->Iterations(row.rounds);
     }
-    RowReporter reporter(rows, introduction, table, json);
+    RowReporter reporter(measured.rows, measured.introduction, table, json);
     std::string program = "hybmss bench";
     char* argv[] = {program.data()};
     int argc = 1;

@@ -22,6 +22,15 @@ struct Row {
     std::function<std::string(const benchmark::BenchmarkReporter::Run&)> line;
 };
 
+/// A benchmark, ready to be measured: the words above its rows, and these.
+struct Table {
+    std::string introduction;
+    std::vector<Row> rows;
+};
+
+/// printf into a string: what lines are made with.
+[[gnu::format(printf, 1, 2)]] std::string printed(const char* format, ...);
+
 /// The value of a counter; 0 where the row did not set it.
 double counter(const benchmark::BenchmarkReporter::Run& run, const char* key);
 
@@ -30,6 +39,6 @@ double counter(const benchmark::BenchmarkReporter::Run& run, const char* key);
 void filter_rows(std::vector<Row>& rows, const std::string& expression);
 
 /// Measures and prints the rows in order; `json` may be null. False where a row ended with an error.
-bool run_rows(const std::vector<Row>& rows, const std::string& introduction, std::ostream& table, std::ostream* json);
+bool run_rows(const Table& measured, std::ostream& table, std::ostream* json);
 
 } // namespace hybmss::bench

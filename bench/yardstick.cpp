@@ -1,4 +1,4 @@
-#include "bench/yardstick_cell.hpp"
+#include "bench/yardstick.hpp"
 
 #include <cmath>
 #include <cstddef>

@@ -10,3 +10,4 @@ class App;
 void add_stability_command(CLI::App& app);
 void add_paper_command(CLI::App& app);
 void add_price_command(CLI::App& app);
+void add_bench_command(CLI::App& app);

@@ -9,5 +9,8 @@ int main(int argc, char** argv) {
     add_paper_command(app);
     add_price_command(app);
     add_stability_command(app);
+#ifdef HYBMSS_WITH_BENCH
+    add_bench_command(app);
+#endif
     return hybmss::run_command_line(app, argc, argv);
 }

@@ -1,5 +1,5 @@
 #include "app/command_line.hpp"
-#include "app/json_file.hpp"
+#include "app/output_file.hpp"
 #include "app/progress_line.hpp"
 #include "studies/calculix/program.hpp"
 #include "studies/commands.hpp"
@@ -20,7 +20,7 @@ using namespace hybmss;
 struct PaperArguments {
     std::vector<std::string> names;
     std::string json, markdown, store;
-    bool quick = false, calculix = false;
+    bool quick = false, calculix = false, force = false;
 };
 
 std::vector<std::string> table_names() {
@@ -39,8 +39,10 @@ void run_paper(const PaperArguments& arguments) {
         throw std::invalid_argument(std::string("--calculix: ") + calculix::kNotInstalled +
                                     "; without --calculix its kept results are shown");
     }
-    const auto json = open_json_file(arguments.json), markdown = open_json_file(arguments.markdown),
-               store = open_json_file(arguments.store);
+    const auto json = open_output("--json", arguments.json, {"{\"version\":", {}, arguments.force});
+    const auto markdown =
+        open_output("--markdown", arguments.markdown, {"Printedby`hybmss-studypaper", {}, arguments.force});
+    const auto store = open_output("--store", arguments.store, {"{\"command\":\"hybmss", {}, arguments.force});
     paper::FiniteElements finite_elements(arguments.calculix ? paper::FiniteElements::Source::program
                                                              : paper::FiniteElements::Source::stored);
     ProgressLine line(stderr);
@@ -86,5 +88,6 @@ void add_paper_command(CLI::App& app) {
     command->add_option("--json", arguments->json, "also write the tables to this file")->check(a_path());
     command->add_option("--markdown", arguments->markdown, "also write them as a page of Markdown to this file")
         ->check(a_path());
+    add_force_option(*command, arguments->force);
     command->callback([arguments] { run_paper(*arguments); });
 }

@@ -1,5 +1,5 @@
 #include "app/command_line.hpp"
-#include "app/json_file.hpp"
+#include "app/output_file.hpp"
 #include "app/progress_line.hpp"
 #include "hybmss/version.hpp"
 #include "studies/calculix/program.hpp"
@@ -26,7 +26,7 @@ using Report = std::function<void(const std::string&)>;
 struct PriceArguments {
     std::vector<std::string> names;
     std::string json, markdown;
-    bool whole = false, quick = false;
+    bool whole = false, quick = false, force = false;
 };
 
 std::vector<paper::Table> price_of_solutions(const PriceArguments& arguments, const Report& progress) {
@@ -78,7 +78,9 @@ std::vector<std::string> priced_names() {
 }
 
 void run_price(const PriceArguments& arguments) {
-    const auto json = open_json_file(arguments.json), markdown = open_json_file(arguments.markdown);
+    const auto json = open_output("--json", arguments.json, {"{\"version\":", {}, arguments.force});
+    const auto markdown =
+        open_output("--markdown", arguments.markdown, {"Printedby`hybmss-studyprice", {}, arguments.force});
     ProgressLine line(stderr);
     std::vector<paper::Table> all;
     for (const Priced& priced : kPriced) {
@@ -105,6 +107,7 @@ void run_price(const PriceArguments& arguments) {
         json->commit();
     }
     if (markdown) {
+        markdown->stream() << "Printed by `hybmss-study price`.\n\n";
         for (const paper::Table& table : all) {
             paper::print_markdown(table, markdown->stream());
         }
@@ -124,5 +127,6 @@ void add_price_command(CLI::App& app) {
         ->excludes(quick);
     command->add_option("--json", arguments->json, "also write the tables to this file")->check(a_path());
     command->add_option("--markdown", arguments->markdown, "also write them as Markdown to this file")->check(a_path());
+    add_force_option(*command, arguments->force);
     command->callback([arguments] { run_price(*arguments); });
 }

@@ -1,5 +1,5 @@
 #include "app/command_line.hpp"
-#include "app/json_file.hpp"
+#include "app/output_file.hpp"
 #include "app/progress_line.hpp"
 #include "studies/commands.hpp"
 #include "studies/stability/case_report.hpp"
@@ -24,7 +24,7 @@ using namespace hybmss;
 
 struct StabilityArguments {
     std::string json, filter;
-    bool map = false, integrators = false, quick = false;
+    bool map = false, integrators = false, quick = false, force = false;
 };
 
 void run_map(AtomicFile* json) {
@@ -94,7 +94,7 @@ void run_cases(const StabilityArguments& arguments, AtomicFile* json) {
 }
 
 void run_stability(const StabilityArguments& arguments) {
-    const auto json = open_json_file(arguments.json);
+    const auto json = open_output("--json", arguments.json, {"{\"version\":", {}, arguments.force});
     if (arguments.map) {
         run_map(json.get());
     } else if (arguments.integrators) {
@@ -115,5 +115,6 @@ void add_stability_command(CLI::App& app) {
     command->add_flag("--integrators", arguments->integrators, "error against step size of each time integrator");
     command->add_option("--filter", arguments->filter, "only cases with this text in their names");
     command->add_flag("--quick", arguments->quick, "only the cases that the tests run too");
+    add_force_option(*command, arguments->force);
     command->callback([arguments] { run_stability(*arguments); });
 }

@@ -1,8 +1,6 @@
-#include "bench/effects/cutting_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
-#include "bench/printed.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -11,13 +9,13 @@
 
 namespace hybmss::bench {
 
-const char* const kCuttingIntroduction = "Cells removed from a moving body, cubes of cells at random places, a step "
-                                         "before each bite; medians of 100 bites.\n"
-                                         "`anew`: the time to build the body instead, by that of a bite.\n";
-
 namespace {
 
-constexpr long kBites = 100;
+constexpr long kCuts = 100;
+
+constexpr const char* kIntroduction = "Cells removed from a moving body, cubes of cells at random places, a step "
+                                      "before each cut; medians of 100 cuts.\n"
+                                      "`anew`: the time to build the body instead, by that of a cut.\n";
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -60,7 +58,7 @@ void measure(benchmark::State& state, const BenchRow& row, int edge) {
     auto start = std::chrono::steady_clock::now();
     auto body = make(lattice);
     double anew = seconds_since(start);
-    std::vector<double> bites;
+    std::vector<double> cuts;
     std::size_t next = 0;
     for ([[maybe_unused]] auto _ : state) {
         if (2 * next >= places.size()) { // half of it is gone
@@ -74,23 +72,24 @@ void measure(benchmark::State& state, const BenchRow& row, int edge) {
         const std::vector<std::uint32_t> cells = cube(lattice, places[next++], edge);
         start = std::chrono::steady_clock::now();
         body->remove_cells(lattice, cells);
-        bites.push_back(seconds_since(start));
-        state.SetIterationTime(bites.back());
+        cuts.push_back(seconds_since(start));
+        state.SetIterationTime(cuts.back());
     }
     const double cells = static_cast<double>(edge) * edge * edge;
     state.counters["removed_cells"] = cells;
-    state.counters["us_per_bite"] = 1e6 * median(bites);
-    state.counters["ns_per_removed_cell"] = 1e9 * median(bites) / cells;
-    state.counters["anew_per_bite"] = anew / median(bites);
+    state.counters["us_per_cut"] = 1e6 * median(cuts);
+    state.counters["ns_per_removed_cell"] = 1e9 * median(cuts) / cells;
+    state.counters["anew_per_cut"] = anew / median(cuts);
     state.SetLabel(body->describe().layout);
 }
 
 } // namespace
 
-std::vector<Row> cutting_benchmark(const RowChoices& choices) {
+Table cutting_benchmark(const RowChoices& asked) {
+    const RowChoices choices = asked.with_layouts({"flat-rows", "active-rows"});
     const std::string heading = printed("%-14s %-12s %-7s %-6s %8s %10s %16s %10s", "mesh", "layout", "isa", "type",
-                                        "removed", "us/bite", "ns/removed cell", "anew");
-    std::vector<Row> rows;
+                                        "removed", "us/cut", "ns/removed cell", "anew");
+    Table table{kIntroduction, {}};
     for (const std::string& layout : choices.layouts) {
         for (Precision precision : choices.precisions) {
             for (const int mesh : {16, 64, 128}) {
@@ -98,25 +97,25 @@ std::vector<Row> cutting_benchmark(const RowChoices& choices) {
                     const BenchRow row = {
                         {mesh, mesh, mesh}, Model::hybmss, layout, choices.instruction_sets.back(), precision, 1,
                         choices.accuracy};
-                    const std::string bite = "/removed:" + std::to_string(edge * edge * edge);
-                    rows.push_back({name(row, "cut") + bite, 1, heading, kBites,
-                                    [row, edge](benchmark::State& state) {
-                                        row.precision == Precision::float32 ? measure<float>(state, row, edge)
-                                                                            : measure<double>(state, row, edge);
-                                    },
-                                    [row](const auto& run) {
-                                        return printed(
-                                            "%-14s %-12s %-7s %-6s %8.0f %10.1f %16.1f %10.0f", mesh_name(row).c_str(),
+                    const std::string removed = "/removed:" + std::to_string(edge * edge * edge);
+                    table.rows.push_back(
+                        {name(row, "cut") + removed, 1, heading, kCuts,
+                         [row, edge](benchmark::State& state) {
+                             row.precision == Precision::float32 ? measure<float>(state, row, edge)
+                                                                 : measure<double>(state, row, edge);
+                         },
+                         [row](const auto& run) {
+                             return printed("%-14s %-12s %-7s %-6s %8.0f %10.1f %16.1f %10.0f", mesh_name(row).c_str(),
                                             run.report_label.c_str(), std::string(name(row.instruction_set)).c_str(),
                                             std::string(name(row.precision)).c_str(), counter(run, "removed_cells"),
-                                            counter(run, "us_per_bite"), counter(run, "ns_per_removed_cell"),
-                                            counter(run, "anew_per_bite"));
-                                    }});
+                                            counter(run, "us_per_cut"), counter(run, "ns_per_removed_cell"),
+                                            counter(run, "anew_per_cut"));
+                         }});
                 }
             }
         }
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

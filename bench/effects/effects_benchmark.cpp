@@ -1,8 +1,6 @@
-#include "bench/effects/effects_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
-#include "bench/printed.hpp"
 #include "bench/step/bare_step.hpp"
 #include "simulation/run/effect_list.hpp"
 
@@ -11,14 +9,14 @@
 
 namespace hybmss::bench {
 
-const char* const kEffectsIntroduction =
-    "ns/cell: of a step without the effect and with it, medians of interleaved rounds; ratio: the median of a "
-    "round's.\n"
-    "`none called for`: the step with its seams for effects against the sweep of the cells alone.\n";
-
 namespace {
 
 constexpr int kEdge = 20;
+
+constexpr const char* kIntroduction =
+    "ns/cell: of a step without the effect and with it, medians of interleaved rounds; ratio: the median of a "
+    "round's.\n"
+    "`none called for`: the step with its seams for effects against the sweep of the cells alone.\n";
 
 struct Rounds {
     std::vector<double> without, with, ratio;
@@ -112,26 +110,29 @@ Row make_row(const std::string& effect, InstructionSet set, Precision precision,
 
 } // namespace
 
-std::vector<Row> effects_benchmark(const RowChoices& choices, double seconds) {
-    std::vector<Row> rows;
+Table effects_benchmark(const RowChoices& asked) {
+    const RowChoices choices = asked.with_layouts({});
     const int threads = choices.threads.front();
+    Table table{kIntroduction, {}};
     for (InstructionSet set : choices.instruction_sets) {
         for (Precision precision : choices.precisions) {
             const PlanOptions options = options_of(set, threads);
-            rows.push_back(make_row("none called for", set, precision, threads, seconds, [=](benchmark::State& state) {
+            const auto append = [&](const std::string& effect, std::function<void(benchmark::State&)> measured) {
+                table.rows.push_back(make_row(effect, set, precision, threads, choices.seconds, std::move(measured)));
+            };
+            append("none called for", [=](benchmark::State& state) {
                 precision == Precision::float32 ? measure_seams<float>(state, options)
                                                 : measure_seams<double>(state, options);
-            }));
+            });
             for (const EffectRule& rule : effect_rules()) {
                 if (rule.add) {
-                    rows.push_back(make_row(
-                        std::string(rule.name), set, precision, threads, seconds,
-                        [=, &rule](benchmark::State& state) { measure_effect(state, rule, precision, options); }));
+                    append(std::string(rule.name),
+                           [=, &rule](benchmark::State& state) { measure_effect(state, rule, precision, options); });
                 }
             }
         }
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

@@ -1,7 +1,5 @@
-#include "bench/effects/embedding_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
-#include "bench/printed.hpp"
 
 #include "hybmss/allocator.hpp"
 #include "hybmss/explicit_dynamics.hpp"
@@ -18,13 +16,12 @@
 
 namespace hybmss::bench {
 
-const char* const kEmbeddingIntroduction =
-    "Forces in float on one thread over memory of the caller's; the least times of "
-    "interleaved rounds, as all calls\n"
-    "do the same work. `over`: how much longer one takes than what it is "
-    "compared with.\n";
-
 namespace {
+
+constexpr const char* kIntroduction = "Forces in float on one thread over memory of the caller's; the least times of "
+                                      "interleaved rounds, as all calls\n"
+                                      "do the same work. `over`: how much longer one takes than what it is "
+                                      "compared with.\n";
 
 /// The forces of one box, asked for in all ways that are compared.
 class Caller {
@@ -166,7 +163,7 @@ void measure(benchmark::State& state, const Comparison& comparison) {
 
 } // namespace
 
-std::vector<Row> embedding_benchmark(double seconds) {
+Table embedding_benchmark(const RowChoices& choices) {
     const auto separate = [](Caller& caller) { caller.separate(); };
     const auto interleaved = [](Caller& caller) { caller.interleaved(); };
     const auto by_c = [](Caller& caller) { caller.interleaved_by_c(false); };
@@ -178,19 +175,19 @@ std::vector<Row> embedding_benchmark(double seconds) {
         {"embedding/32x32x32/map-C", 32, mapped, separate, "float3 in reverse order by a map, in C"},
         {"embedding/30x30x30/pages", 30, {}, {}, "a step in an allocator's whole pages"}};
     const std::string heading = printed("%-10s %-40s %10s %12s %8s", "mesh", "what", "us/call", "us over", "% over");
-    std::vector<Row> rows;
+    Table table{kIntroduction, {}};
     for (const Comparison& comparison : comparisons) {
-        rows.push_back({comparison.name, 1, heading, std::max(5L, std::lround(seconds / (2 * kSliceSeconds))),
-                        [comparison](benchmark::State& state) { measure(state, comparison); },
-                        [comparison](const auto& run) {
-                            const std::string mesh =
-                                printed("%dx%dx%d", comparison.edge, comparison.edge, comparison.edge);
-                            return printed("%-10s %-40s %10.3f %12.3f %8.1f", mesh.c_str(), comparison.words,
-                                           counter(run, "microseconds"), counter(run, "microseconds_over"),
-                                           counter(run, "percent_over"));
-                        }});
+        table.rows.push_back(
+            {comparison.name, 1, heading, std::max(5L, std::lround(choices.seconds / (2 * kSliceSeconds))),
+             [comparison](benchmark::State& state) { measure(state, comparison); },
+             [comparison](const auto& run) {
+                 const std::string mesh = printed("%dx%dx%d", comparison.edge, comparison.edge, comparison.edge);
+                 return printed("%-10s %-40s %10.3f %12.3f %8.1f", mesh.c_str(), comparison.words,
+                                counter(run, "microseconds"), counter(run, "microseconds_over"),
+                                counter(run, "percent_over"));
+             }});
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

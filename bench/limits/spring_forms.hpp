@@ -2,7 +2,7 @@
 
 /// \file
 /// The spring forces of a box in every form that one might compute them in: what each costs, and how many digits it
-/// keeps. Measured by digit_benchmark.hpp; the library's own kernels have the displacement form alone.
+/// keeps. Measured by digit_benchmark.cpp; the library's own kernels have the displacement form alone.
 
 #include "hybmss/instruction_set.hpp"
 

@@ -1,8 +1,6 @@
-#include "bench/scaling/batch_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
-#include "bench/printed.hpp"
 #include "plan/tuning/tuner.hpp"
 
 #include "hybmss/batch.hpp"
@@ -12,12 +10,12 @@
 
 namespace hybmss::bench {
 
-const char* const kBatchIntroduction =
+namespace {
+
+constexpr const char* kIntroduction =
     "64 bodies, full HybMSS, ten steps a call; medians of interleaved rounds. `speed-up`: over the same bodies stepped "
     "one\n"
     "after the other on one thread; `quiet`: the same ratio of the fastest quarters of all rounds.\n";
-
-namespace {
 
 constexpr std::size_t kBodies = 64;
 constexpr long kStepsACall = 10;
@@ -85,10 +83,11 @@ std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& r
 
 } // namespace
 
-std::vector<Row> batch_benchmark(const RowChoices& choices, double seconds) {
+Table batch_benchmark(const RowChoices& asked) {
+    const RowChoices choices = asked.with_layouts({"lattice"});
     const std::string heading = printed("%-14s %-12s %-7s %-6s %7s %5s %8s %8s %8s %8s", "mesh", "layout", "isa",
                                         "type", "threads", "used", "ns/cell", "Mcells/s", "speed-up", "quiet");
-    std::vector<Row> rows;
+    Table table{kIntroduction, {}};
     for (const std::string& layout : choices.layouts) {
         for (InstructionSet set : choices.instruction_sets) {
             for (Precision precision : choices.precisions) {
@@ -96,19 +95,19 @@ std::vector<Row> batch_benchmark(const RowChoices& choices, double seconds) {
                     for (int threads : choices.threads) {
                         const BenchRow row = {{edge, edge, edge}, Model::hybmss, layout,          set,
                                               precision,          threads,       choices.accuracy};
-                        rows.push_back({row_name(row), threads, heading,
-                                        std::max(5L, std::lround(seconds / (2 * kSliceSeconds))),
-                                        [row](benchmark::State& state) {
-                                            row.precision == Precision::float32 ? measure<float>(state, row)
-                                                                                : measure<double>(state, row);
-                                        },
-                                        [row](const auto& run) { return line(row, run); }});
+                        table.rows.push_back({row_name(row), threads, heading,
+                                              std::max(5L, std::lround(choices.seconds / (2 * kSliceSeconds))),
+                                              [row](benchmark::State& state) {
+                                                  row.precision == Precision::float32 ? measure<float>(state, row)
+                                                                                      : measure<double>(state, row);
+                                              },
+                                              [row](const auto& run) { return line(row, run); }});
                     }
                 }
             }
         }
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

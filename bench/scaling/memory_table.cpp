@@ -1,16 +1,14 @@
-#include "bench/scaling/memory_table.hpp"
-
-#include "bench/printed.hpp"
+#include "bench/benchmarks.hpp"
 #include "bench/standard_bodies.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
 
 namespace hybmss::bench {
 
-const char* const kMemoryIntroduction =
-    "Bytes held by a plan (layout, constants, scratch) and by explicit dynamics (the plan and the state).\n";
-
 namespace {
+
+constexpr const char* kIntroduction =
+    "Bytes held by a plan (layout, constants, scratch) and by explicit dynamics (the plan and the state).\n";
 
 enum class Shape { box, hollow_ball };
 
@@ -51,11 +49,12 @@ void fill(benchmark::State& state, Shape shape, const BenchRow& row) {
 
 } // namespace
 
-std::vector<Row> memory_table(const RowChoices& choices) {
+Table memory_table(const RowChoices& asked) {
+    const RowChoices choices = asked.with_layouts(row_layouts());
     const std::string heading =
         printed("%-16s %-12s %-18s %-6s %9s %9s %14s %14s %14s %14s", "body", "asked for", "layout", "type", "nodes",
                 "cells", "plan B/node", "plan B/cell", "dynamics/node", "dynamics/cell");
-    std::vector<Row> rows;
+    Table table{kIntroduction, {}};
     for (Shape shape : {Shape::box, Shape::hollow_ball}) {
         for (const std::string& layout : choices.layouts) {
             for (Precision precision : choices.precisions) {
@@ -63,7 +62,7 @@ std::vector<Row> memory_table(const RowChoices& choices) {
                 row.layout = layout;
                 row.instruction_set = choices.instruction_sets.back();
                 row.precision = precision;
-                rows.push_back(
+                table.rows.push_back(
                     {"memory/" + name(shape) + "/" + layout + "/" + std::string(name(precision)), 1, heading, 1,
                      [=](benchmark::State& state) {
                          precision == Precision::float32 ? fill<float>(state, shape, row)
@@ -80,7 +79,7 @@ std::vector<Row> memory_table(const RowChoices& choices) {
             }
         }
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

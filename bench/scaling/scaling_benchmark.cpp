@@ -1,9 +1,7 @@
-#include "bench/scaling/scaling_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/machine.hpp"
 #include "bench/moving_body.hpp"
-#include "bench/printed.hpp"
 #include "plan/tuning/tuner.hpp"
 
 #include <algorithm>
@@ -12,13 +10,13 @@
 
 namespace hybmss::bench {
 
-const char* const kScalingIntroduction =
+namespace {
+
+constexpr const char* kIntroduction =
     "Full HybMSS, one step; medians of interleaved rounds. `/ 32^3`: time per cell over that of 32^3 cells on as many\n"
     "threads; `speed-up`: over one thread; `quiet`: the same ratio of the fastest quarters of all rounds; `x ref`: "
     "over\n"
     "the plain double array-of-structs loops, up to 32^3.\n";
-
-namespace {
 
 constexpr int kReferenceEdge = 32;
 
@@ -129,15 +127,16 @@ std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& r
 
 } // namespace
 
-std::vector<Row> scaling_benchmark(const RowChoices& choices, bool large, double seconds) {
+Table scaling_benchmark(const RowChoices& asked) {
+    const RowChoices choices = asked.with_layouts({"lattice"});
     std::vector<int> edges = {10, 16, 20, kReferenceEdge, 64, 128};
-    if (large) {
+    if (choices.large) {
         edges.push_back(256);
     }
     const std::string heading =
         printed("%-14s %-12s %-7s %-6s %7s %5s %8s %8s %8s %8s %10s %8s", "mesh", "layout", "isa", "type", "threads",
                 "used", "ns/cell", "/ 32^3", "speed-up", "quiet", "bytes/node", "x ref");
-    std::vector<Row> rows;
+    Table table{kIntroduction, {}};
     for (const std::string& layout : choices.layouts) {
         for (InstructionSet set : choices.instruction_sets) {
             for (Precision precision : choices.precisions) {
@@ -149,19 +148,19 @@ std::vector<Row> scaling_benchmark(const RowChoices& choices, bool large, double
                             continue;
                         }
                         // A round of a large body takes longer than its slices.
-                        const double rounds = seconds / (4 * kSliceSeconds) / (edge > 64 ? 2 : 1);
-                        rows.push_back({row_name(row), threads, heading, std::max(5L, std::lround(rounds)),
-                                        [row](benchmark::State& state) {
-                                            row.precision == Precision::float32 ? measure<float>(state, row)
-                                                                                : measure<double>(state, row);
-                                        },
-                                        [row](const auto& run) { return line(row, run); }});
+                        const double rounds = choices.seconds / (4 * kSliceSeconds) / (edge > 64 ? 2 : 1);
+                        table.rows.push_back({row_name(row), threads, heading, std::max(5L, std::lround(rounds)),
+                                              [row](benchmark::State& state) {
+                                                  row.precision == Precision::float32 ? measure<float>(state, row)
+                                                                                      : measure<double>(state, row);
+                                              },
+                                              [row](const auto& run) { return line(row, run); }});
                     }
                 }
             }
         }
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

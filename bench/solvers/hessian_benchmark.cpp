@@ -1,8 +1,6 @@
-#include "bench/solvers/hessian_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
-#include "bench/printed.hpp"
 #include "plan/bodies/layout_table.hpp"
 
 #include <algorithm>
@@ -10,13 +8,13 @@
 
 namespace hybmss::bench {
 
-const char* const kHessianIntroduction = "K p: second derivatives at a strain near 1e-2 times a direction; medians of "
-                                         "interleaved rounds. `steps`: its time\n"
-                                         "over that of an explicit step, `x ref`: its speed over the plain double "
-                                         "array-of-structs loops for the same product,\n"
-                                         "all measured in the same rounds.\n";
-
 namespace {
+
+constexpr const char* kIntroduction = "K p: second derivatives at a strain near 1e-2 times a direction; medians of "
+                                      "interleaved rounds. `steps`: its time\n"
+                                      "over that of an explicit step, `x ref`: its speed over the plain double "
+                                      "array-of-structs loops for the same product,\n"
+                                      "all measured in the same rounds.\n";
 
 /// A body, displaced, with a direction.
 template <class T>
@@ -93,31 +91,33 @@ void measure(benchmark::State& state, const BenchRow& row) {
     state.counters["threads_used"] = plan.threads;
 }
 
+std::string heading() {
+    return printed("%-14s %-9s %-12s %-7s %-6s %-8s %7s %5s %8s %10s %8s %6s %8s", "mesh", "model", "layout", "isa",
+                   "type", "acc.", "threads", "used", "ns/cell", "Mcells/s", "step ns", "steps", "x ref");
+}
+
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
-    return printed("%-20s %-12s %-7s %-6s %-8s %7d %5.0f %8.2f %10.1f %8.2f %6.2f %8.2f", "", row.layout.c_str(),
-                   std::string(name(row.instruction_set)).c_str(), std::string(name(row.precision)).c_str(),
-                   std::string(name(row.accuracy)).c_str(), row.threads, counter(run, "threads_used"),
-                   counter(run, "ns_per_cell"), counter(run, "cells_per_second") / 1e6,
+    return printed("%-14s %-9s %-12s %-7s %-6s %-8s %7d %5.0f %8.2f %10.1f %8.2f %6.2f %8.2f", mesh_name(row).c_str(),
+                   name(row.model).c_str(), row.layout.c_str(), std::string(name(row.instruction_set)).c_str(),
+                   std::string(name(row.precision)).c_str(), std::string(name(row.accuracy)).c_str(), row.threads,
+                   counter(run, "threads_used"), counter(run, "ns_per_cell"), counter(run, "cells_per_second") / 1e6,
                    counter(run, "step_ns_per_cell"), counter(run, "ratio_to_step"), counter(run, "ratio_to_reference"));
 }
 
 } // namespace
 
-std::vector<Row> hessian_benchmark(const std::vector<BenchRow>& rows, double seconds) {
-    std::vector<Row> measured;
-    for (const BenchRow& row : rows) {
-        const std::string group = mesh_name(row) + " " + name(row.model);
-        measured.push_back(
-            {name(row, "hessian"), row.threads,
-             printed("%-20s %-12s %-7s %-6s %-8s %7s %5s %8s %10s %8s %6s %8s", group.c_str(), "layout", "isa", "type",
-                     "acc.", "threads", "used", "ns/cell", "Mcells/s", "step ns", "steps", "x ref"),
-             std::max(3L, std::lround(seconds / (3 * kSliceSeconds))),
-             [row](benchmark::State& state) {
-                 row.precision == Precision::float32 ? measure<float>(state, row) : measure<double>(state, row);
-             },
-             [row](const auto& run) { return line(row, run); }});
+Table hessian_benchmark(const RowChoices& choices) {
+    Table table{kIntroduction, {}};
+    for (const BenchRow& row : step_rows(choices.with_layouts({"lattice", "network"}))) {
+        table.rows.push_back({name(row, "hessian"), row.threads, heading(),
+                              std::max(3L, std::lround(choices.seconds / (3 * kSliceSeconds))),
+                              [row](benchmark::State& state) {
+                                  row.precision == Precision::float32 ? measure<float>(state, row)
+                                                                      : measure<double>(state, row);
+                              },
+                              [row](const auto& run) { return line(row, run); }});
     }
-    return measured;
+    return table;
 }
 
 } // namespace hybmss::bench

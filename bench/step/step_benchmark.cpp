@@ -1,17 +1,11 @@
-#include "bench/step/step_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
-#include "bench/printed.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace hybmss::bench {
-
-const char* const kStepIntroduction =
-    "One step = springs + volume + integration; medians of interleaved rounds; `x ref` is the speed over the\n"
-    "plain double array-of-structs loops, measured in the same rounds.\n";
 
 namespace {
 
@@ -66,32 +60,37 @@ void measure(benchmark::State& state, const BenchRow& row) {
     set_counters(state, rounds, plan, static_cast<double>(lattice.cell_count()), springs);
 }
 
+constexpr const char* kIntroduction =
+    "One step = springs + volume + integration; medians of interleaved rounds; `x ref`: the speed over plain double\n"
+    "array-of-structs loops, measured in the same rounds.\n";
+
+std::string heading() {
+    return printed("%-14s %-9s %-12s %-7s %-6s %-8s %7s %5s %8s %10s %11s %10s %8s", "mesh", "model", "layout", "isa",
+                   "type", "acc.", "threads", "used", "ns/cell", "Mcells/s", "Msprings/s", "bytes/cell", "x ref");
+}
+
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
-    return printed("%-20s %-12s %-7s %-6s %-8s %7d %5.0f %8.2f %10.1f %11.1f %10.1f %8.2f", "", row.layout.c_str(),
-                   std::string(name(row.instruction_set)).c_str(), std::string(name(row.precision)).c_str(),
-                   std::string(name(row.accuracy)).c_str(), row.threads, counter(run, "threads_used"),
-                   counter(run, "ns_per_cell"), counter(run, "cells_per_second") / 1e6,
+    return printed("%-14s %-9s %-12s %-7s %-6s %-8s %7d %5.0f %8.2f %10.1f %11.1f %10.1f %8.2f", mesh_name(row).c_str(),
+                   name(row.model).c_str(), row.layout.c_str(), std::string(name(row.instruction_set)).c_str(),
+                   std::string(name(row.precision)).c_str(), std::string(name(row.accuracy)).c_str(), row.threads,
+                   counter(run, "threads_used"), counter(run, "ns_per_cell"), counter(run, "cells_per_second") / 1e6,
                    counter(run, "springs_per_second") / 1e6, counter(run, "bytes_per_cell"),
                    counter(run, "ratio_to_reference"));
 }
 
 } // namespace
 
-std::vector<Row> step_benchmark(const std::vector<BenchRow>& rows, double seconds) {
-    std::vector<Row> measured;
-    for (const BenchRow& row : rows) {
-        const std::string group = mesh_name(row) + " " + name(row.model);
-        measured.push_back(
-            {name(row), row.threads,
-             printed("%-20s %-12s %-7s %-6s %-8s %7s %5s %8s %10s %11s %10s %8s", group.c_str(), "layout", "isa",
-                     "type", "acc.", "threads", "used", "ns/cell", "Mcells/s", "Msprings/s", "bytes/cell", "x ref"),
-             std::max(3L, std::lround(seconds / (2 * kSliceSeconds))),
+Table step_benchmark(const RowChoices& choices) {
+    Table table{kIntroduction, {}};
+    for (const BenchRow& row : step_rows(choices.with_layouts({"lattice", "network"}))) {
+        table.rows.push_back(
+            {name(row), row.threads, heading(), std::max(3L, std::lround(choices.seconds / (2 * kSliceSeconds))),
              [row](benchmark::State& state) {
                  row.precision == Precision::float32 ? measure<float>(state, row) : measure<double>(state, row);
              },
              [row](const auto& run) { return line(row, run); }});
     }
-    return measured;
+    return table;
 }
 
 } // namespace hybmss::bench

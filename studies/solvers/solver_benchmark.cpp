@@ -1,7 +1,6 @@
 #include "studies/solvers/solver_benchmark.hpp"
 
 #include "bench/interleaved.hpp"
-#include "bench/printed.hpp"
 
 #include "hybmss/equilibrium.hpp"
 #include "plan/bodies/layout_table.hpp"
@@ -21,7 +20,9 @@
 
 namespace hybmss::bench {
 
-const char* const kSolverIntroduction =
+namespace {
+
+constexpr const char* kIntroduction =
     "cg: iterations of conjugate gradients for random forces on an undeformed cube with two opposite faces clamped, "
     "until\n"
     "the residual's norm sqrt(r . B r) has fallen to 1e-8, B the preconditioner; `products`: the same time in Hessian\n"
@@ -30,8 +31,6 @@ const char* const kSolverIntroduction =
     "from rest to a residual of 1e-8; `x ccx`: CalculiX (C3D8I, NLGEOM, same mesh, its own stepping, one thread) over "
     "it.\n"
     "Doubles.\n";
-
-namespace {
 
 constexpr double kCellSize = 0.5;
 
@@ -207,10 +206,11 @@ std::string static_line(const std::string& name, const benchmark::BenchmarkRepor
 
 } // namespace
 
-std::vector<Row> solver_benchmark(bool large, int threads) {
-    std::vector<Row> rows;
+Table solver_benchmark(const RowChoices& choices) {
+    const int threads = choices.threads.empty() ? 1 : choices.threads.front();
+    Table table{kIntroduction, {}};
     std::vector<int> edges = {8, 16, 32};
-    if (large) {
+    if (choices.large) {
         edges.push_back(64);
     }
     const std::string cg_heading =
@@ -220,9 +220,10 @@ std::vector<Row> solver_benchmark(bool large, int threads) {
             for (int edge : edges) {
                 const std::string name = printed("cg/%dx%dx%d/nu:%g/%s/threads:%d", edge, edge, edge, poisson_ratio,
                                                  std::string(hybmss::name(kind)).c_str(), threads);
-                rows.push_back({name, threads, cg_heading, edge > 16 ? 1 : 5,
-                                [=](benchmark::State& state) { measure_cg(state, edge, poisson_ratio, kind, threads); },
-                                [=](const auto& run) { return cg_line(name, run); }});
+                table.rows.push_back(
+                    {name, threads, cg_heading, edge > 16 ? 1 : 5,
+                     [=](benchmark::State& state) { measure_cg(state, edge, poisson_ratio, kind, threads); },
+                     [=](const auto& run) { return cg_line(name, run); }});
             }
         }
     }
@@ -233,12 +234,12 @@ std::vector<Row> solver_benchmark(bool large, int threads) {
              {PreconditionerKind::block_jacobi, PreconditionerKind::multigrid, PreconditionerKind::automatic}) {
             const std::string name = printed("static/10x10x10/nu:%g/%s/threads:%d", poisson_ratio,
                                              std::string(hybmss::name(kind)).c_str(), threads);
-            rows.push_back({name, threads, static_heading, 5,
-                            [=](benchmark::State& state) { measure_static(state, poisson_ratio, kind, threads); },
-                            [=](const auto& run) { return static_line(name, run); }});
+            table.rows.push_back({name, threads, static_heading, 5,
+                                  [=](benchmark::State& state) { measure_static(state, poisson_ratio, kind, threads); },
+                                  [=](const auto& run) { return static_line(name, run); }});
         }
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

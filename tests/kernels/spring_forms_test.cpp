@@ -1,6 +1,6 @@
 /// The springs in every form: what docs/accuracy.md says of their digits.
 
-#include "bench/step/box_springs.hpp"
+#include "bench/limits/box_springs.hpp"
 #include "hybmss/accuracy.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "bench/step/box_springs.hpp"
+#include "bench/limits/box_springs.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// What a scene's body is, told before it is computed.
+/// What a scene's body is, and what came of a run, for a person.
 
 #include "hybmss/simulation/simulation.hpp"
 
@@ -17,5 +17,9 @@ std::string parts_line(const Lattice& lattice);
 
 /// "1: 1200 cells of 3000 Pa; 2: 30 cells of 9000 Pa"; "" for a body without labels.
 std::string labels_line(const Scene& scene);
+
+std::string summary_table(const Simulation& simulation, const Summary& summary);
+/// How it ended, in one line.
+std::string summary_line(const Simulation& simulation, const Summary& summary);
 
 } // namespace hybmss

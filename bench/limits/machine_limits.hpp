@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// How many vector operations of each kind a core issues.
+/// What a core can do: how many bytes it moves from and to each level of memory, and how many vector operations of each
+/// kind it issues.
 
 #include "bench/bench_row.hpp"
 #include "bench/interleaved.hpp"
@@ -45,6 +46,9 @@ public:
 private:
     std::map<std::tuple<InstructionSet, Precision, Issue>, double> times_;
 };
+
+/// "limits/bandwidth/avx512": GB/s of reading, writing and copying (both counted) in each cache and in memory.
+Row bandwidth_row(InstructionSet set, double seconds);
 
 /// "limits/issue/avx512/float": vector operations a nanosecond of each kind, in interleaved slices.
 Row issue_row(InstructionSet set, Precision precision, double seconds, std::shared_ptr<FastestTimes> times);

@@ -1,8 +1,6 @@
-#include "bench/step/digit_benchmark.hpp"
-
+#include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
-#include "bench/printed.hpp"
-#include "bench/step/box_springs.hpp"
+#include "bench/limits/box_springs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +9,15 @@
 
 namespace hybmss::bench {
 
-const char* const kDigitIntroduction =
+namespace {
+
+constexpr const char* kIntroduction =
     "Springs of a cube of 12^3 cells (A = 1), each node collecting its 26 springs. error: the largest of any force "
     "component\n"
     "over the largest force, against long double, for random displacements of the strain above the column. ns/cell: "
     "one\n"
     "thread; x: over the library's form (displacement, refined; exact where it does not refine the estimate), in "
     "turns.\n";
-
-namespace {
 
 constexpr int kEdge = 12;
 constexpr double kCellSize = 0.5;
@@ -110,13 +108,13 @@ void add_rows(std::vector<Row>& rows, InstructionSet set, const char* precision,
 
 } // namespace
 
-std::vector<Row> digit_benchmark(const std::vector<InstructionSet>& sets, double seconds) {
-    std::vector<Row> rows;
-    for (const InstructionSet set : sets) {
-        add_rows<float>(rows, set, "float", seconds);
-        add_rows<double>(rows, set, "double", seconds);
+Table digit_benchmark(const RowChoices& choices) {
+    Table table{kIntroduction, {}};
+    for (const InstructionSet set : choices.instruction_sets) {
+        add_rows<float>(table.rows, set, "float", choices.seconds);
+        add_rows<double>(table.rows, set, "double", choices.seconds);
     }
-    return rows;
+    return table;
 }
 
 } // namespace hybmss::bench

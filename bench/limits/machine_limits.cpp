@@ -1,12 +1,8 @@
-#include "bench/limits/bandwidth_benchmark.hpp"
+#include "bench/limits/machine_limits.hpp"
 
-#include "bench/interleaved.hpp"
-#include "bench/limits/issue_loops.hpp"
-#include "bench/printed.hpp"
 #include "layouts/aligned_array.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <unistd.h>
 
@@ -32,7 +28,7 @@ std::array<std::size_t, 4> working_sets() {
             kib(std::clamp<std::size_t>(4 * l3, 64U << 20, 512U << 20))};
 }
 
-void measure(benchmark::State& state, InstructionSet set) {
+void measure_bandwidth(benchmark::State& state, InstructionSet set) {
     const StreamLoops& loops = limit_loops(set).stream;
     const auto sets = working_sets();
     AlignedArray<float> memory(sets.back() / sizeof(float));
@@ -74,6 +70,33 @@ void measure(benchmark::State& state, InstructionSet set) {
     }
 }
 
+constexpr double kIssueSlice = 0.004;
+
+void measure_issue(benchmark::State& state, InstructionSet set, Precision precision, FastestTimes& fastest) {
+    const IssueWorks loops(set, precision);
+    std::vector<int> kinds;
+    std::vector<Work> works;
+    for (int kind = 0; kind < kIssueCount; ++kind) {
+        if (loops.has(static_cast<Issue>(kind))) {
+            kinds.push_back(kind);
+            works.push_back(loops.work(static_cast<Issue>(kind)));
+        }
+    }
+    Interleaved interleaved(works, kIssueSlice);
+    std::vector<double> times(kinds.size());
+    for ([[maybe_unused]] auto _ : state) {
+        const std::vector<double> round = interleaved.next();
+        for (std::size_t i = 0; i < kinds.size(); ++i) {
+            times[i] = fastest.improve(set, precision, static_cast<Issue>(kinds[i]),
+                                       round[i] / IssueWorks::kOperationsPerStep);
+        }
+        state.SetIterationTime(round[0]);
+    }
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+        state.counters[kIssueNames[kinds[i]]] = 1e-9 / times[i];
+    }
+}
+
 } // namespace
 
 Row bandwidth_row(InstructionSet set, double seconds) {
@@ -88,13 +111,51 @@ Row bandwidth_row(InstructionSet set, double seconds) {
             1,
             heading + "   (GB/s)",
             std::max(3L, std::lround(rounds)),
-            [=](benchmark::State& state) { measure(state, set); },
+            [=](benchmark::State& state) { measure_bandwidth(state, set); },
             [=](const auto& run) {
                 std::string line = printed("%-15s", std::string(name(set)).c_str());
                 for (const char* level : kLevels) {
                     for (const char* move : kMoves) {
                         line += printed(" %12.1f", counter(run, (std::string(level) + "_" + move).c_str()));
                     }
+                }
+                return line;
+            }};
+}
+
+double FastestTimes::improve(InstructionSet set, Precision precision, Issue issue, double seconds) {
+    double& fastest = times_.emplace(std::tuple(set, precision, issue), seconds).first->second;
+    fastest = std::min(fastest, seconds);
+    return fastest;
+}
+
+const IssueLoops& IssueWorks::choose(InstructionSet set, Precision precision) {
+    const LimitLoops& loops = limit_loops(set);
+    return precision == Precision::float32 ? loops.float_loops : loops.double_loops;
+}
+
+Work IssueWorks::work(Issue issue) const {
+    return [loop = loops_.issue[static_cast<int>(issue)], scratch = &scratch_](long steps) {
+        loop(steps * kOperationsPerStep, scratch);
+    };
+}
+
+Row issue_row(InstructionSet set, Precision precision, double seconds, std::shared_ptr<FastestTimes> times) {
+    const std::string set_name(name(set));
+    std::string heading = printed("%-8s %-6s", "isa", "type");
+    for (const char* kind : kIssueNames) {
+        heading += printed(" %16s", kind);
+    }
+    return {"limits/issue/" + set_name + "/" + std::string(name(precision)),
+            1,
+            heading + "   (vector operations a ns)",
+            std::max(3L, std::lround(seconds / (kIssueCount * kIssueSlice))),
+            [=](benchmark::State& state) { measure_issue(state, set, precision, *times); },
+            [=](const auto& run) {
+                std::string line = printed("%-8s %-6s", set_name.c_str(), std::string(name(precision)).c_str());
+                for (const char* kind : kIssueNames) {
+                    const double rate = counter(run, kind);
+                    line += rate > 0 ? printed(" %16.3f", rate) : printed(" %16s", "-");
                 }
                 return line;
             }};
