@@ -39,7 +39,7 @@ std::string wrong_command(const CLI::App& app, int argc, const char* const* argv
     }
     const std::string word = argv[1];
     if (word.starts_with("-")) {
-        return "";
+        return app.get_option_no_throw(word) ? "" : word + ": no such option; a command comes first: one of " + names;
     }
     for (const CLI::App* command : known) {
         if (command->get_name() == word) {

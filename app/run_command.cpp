@@ -1,5 +1,6 @@
 #include "app/command_line.hpp"
 #include "app/commands.hpp"
+#include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/progress_line.hpp"
 #include "app/scene_report.hpp"
@@ -18,6 +19,7 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace {
 
@@ -25,7 +27,7 @@ using namespace hybmss;
 
 struct RunArguments {
     std::string scene, out;
-    bool restart = false, quiet = false;
+    bool restart = false, quiet = false, force = false;
     double checkpoint_every = 60; ///< s of wall time
     PlanArguments plan;
 };
@@ -57,13 +59,19 @@ int stop_signal() {
 }
 
 /// Everything about the scene is checked before the directory is made, so that bad input leaves nothing behind.
-std::optional<Results> open_results(const std::string& directory, const Simulation& simulation,
+std::optional<Results> open_results(const RunArguments& arguments, const Simulation& simulation,
                                     const std::string& before) {
-    if (directory.empty()) {
+    if (arguments.out.empty()) {
         return std::nullopt;
     }
+    constexpr std::pair<const char*, const char*> kFiles[] = {
+        {"summary.json", "{\"converged\":"}, {"probes.csv", "time"}, {"body.pvd", "<?xmlversion=\"1.0\"?><VTKFile"}};
+    for (const auto& [name, beginning] : kFiles) {
+        check_output("--out", std::filesystem::path(arguments.out) / name,
+                     {beginning, {arguments.scene}, arguments.force});
+    }
     try {
-        return std::optional<Results>(std::in_place, directory, simulation, before);
+        return std::optional<Results>(std::in_place, arguments.out, simulation, before);
     } catch (const std::runtime_error& error) {
         throw std::invalid_argument(std::string("--out: ") + error.what());
     }
@@ -172,7 +180,7 @@ void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
     };
     const AccurateSolution solution = solve_to_accuracy(scene, options);
     line.clear();
-    std::optional<Results> results = open_results(arguments.out, solution.simulation, "");
+    std::optional<Results> results = open_results(arguments, solution.simulation, "");
     SimulationOptions used = options.simulation;
     used.precision = parse_precision(solution.summary.plan.precision);
     if (!arguments.quiet) {
@@ -196,7 +204,7 @@ void run_scene(const RunArguments& arguments) {
     const SimulationOptions options = arguments.plan.options();
     std::string before;
     Simulation simulation = open_simulation(std::move(scene), arguments, options, before);
-    std::optional<Results> results = open_results(arguments.out, simulation, before);
+    std::optional<Results> results = open_results(arguments, simulation, before);
     std::optional<RunCheckpoint> checkpoint;
     if (!arguments.quiet) {
         fmt::print("{:<24} {}\n", "body", body_line(simulation, options));
@@ -266,6 +274,7 @@ void add_run_command(CLI::App& app) {
     command->add_option("SCENE", arguments->scene, "scene file (TOML)")->required();
     command->add_option("--out", arguments->out, "directory for summary.json, probes.csv, body_NNNN.vtu and body.pvd")
         ->check(a_path());
+    add_force_option(*command, arguments->force);
     command->add_flag("--quiet", arguments->quiet, "one line at the end instead of tables");
     arguments->plan.add_to(*command, true);
     CLI::Option* restart =

@@ -46,7 +46,7 @@ protected:
 
 TEST_F(OutputFiles, a_link_stays_and_the_file_it_names_is_replaced) {
     fs::create_directory(path("kept"));
-    write("kept/record", "old");
+    write("kept/record", "hybmss-record, an old one");
     fs::create_symlink("kept/record", path("link"));
     fs::create_symlink("link", path("link_to_link"));
     EXPECT_EQ(run("record s.toml --out link_to_link --states 1").exit_code, 0);
@@ -59,7 +59,7 @@ TEST_F(OutputFiles, a_link_stays_and_the_file_it_names_is_replaced) {
     EXPECT_EQ(test::read_text(path("kept/new")), "text");
 
     fs::create_symlink("round", path("round"));
-    expect_refused("record s.toml --out round --states 1", "round: cannot be written: Too many levels", 1);
+    expect_refused("record s.toml --out round --states 1", "round: cannot be written: Too many levels");
 }
 
 TEST_F(OutputFiles, a_pipe_is_written_directly) {

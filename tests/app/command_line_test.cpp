@@ -1,0 +1,112 @@
+/// What all commands have in common: words that they do not know, numbers out of range, files that they must not touch.
+
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <set>
+
+namespace hybmss {
+namespace {
+
+using test::read_text;
+using test::run_program;
+using test::write_text;
+
+struct CommandLine : ::testing::Test {
+    CommandLine() { write_text(file("s.toml"), test::small_scene()); }
+
+    std::filesystem::path file(const std::string& name) const { return directory.path() / name; }
+
+    /// Exit code 2, nothing on stdout, one line on stderr that has `words` in it.
+    void expect_refused(const std::string& arguments, const std::string& words) const {
+        const test::ProgramResult result = run_program(arguments, directory.path());
+        EXPECT_EQ(result.exit_code, 2) << arguments;
+        EXPECT_EQ(result.output, "") << arguments;
+        EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << arguments << result.errors;
+        EXPECT_NE(result.errors.find(words), std::string::npos) << arguments << ": " << result.errors;
+    }
+    void expect_success(const std::string& arguments) const {
+        const test::ProgramResult result = run_program(arguments, directory.path());
+        EXPECT_EQ(result.exit_code, 0) << arguments << ": " << result.errors;
+    }
+
+    test::TemporaryDirectory directory;
+};
+
+TEST_F(CommandLine, unknown_words_are_named) {
+    expect_refused("", "a command is needed: one of run, explain");
+    expect_refused("walk", "\"walk\" is no command; there are run, explain");
+    expect_refused("--walk", "--walk: no such option");
+    expect_refused("run s.toml --walk", "--walk");
+    expect_refused("run", "SCENE is required");
+    expect_success("--version");
+    expect_success("run --help");
+}
+
+TEST_F(CommandLine, numbers_are_held_to_their_range) {
+    expect_refused("run s.toml --threads 1.5", "--threads: 1.5: it must be a whole number from 0 to 4096");
+    expect_refused("run s.toml --threads -1", "from 0 to 4096");
+    expect_refused("run s.toml --out o --checkpoint-every nan", "nan: it must be a number at least 0");
+    expect_refused("record s.toml --out r --states 1e3", "1e3: it must be a whole number");
+    expect_refused("verify --seed 4294967296", "4294967296: it must be a whole number from 0 to 4294967295");
+}
+
+TEST_F(CommandLine, what_is_read_is_not_written) {
+    const std::string scene = read_text(file("s.toml"));
+    write_text(file("u.csv"), "x,y,z\n");
+    for (const std::string force : {"", " --force"}) {
+        expect_refused("record s.toml --out ./s.toml" + force, "--out ./s.toml: this file is read");
+        expect_refused("explain s.toml --json s.toml" + force, "--json s.toml: this file is read");
+        expect_refused("tune s.toml --wisdom s.toml" + force, "--wisdom s.toml: this file is read");
+        expect_refused("forces s.toml --displacements u.csv --out u.csv" + force, "--out u.csv: this file is read");
+    }
+    EXPECT_EQ(read_text(file("s.toml")), scene);
+    EXPECT_EQ(read_text(file("u.csv")), "x,y,z\n");
+}
+
+TEST_F(CommandLine, foreign_files_stay_unless_forced) {
+    std::filesystem::create_directory(file("o"));
+    const std::pair<const char*, const char*> cases[] = {{"explain s.toml --json theirs", "theirs"},
+                                                         {"record s.toml --out theirs", "theirs"},
+                                                         {"run s.toml --out o", "o/summary.json"},
+                                                         {"run s.toml --out o", "o/probes.csv"},
+                                                         {"run s.toml --out o", "o/body.pvd"}};
+    for (const auto& [arguments, name] : cases) {
+        write_text(file(name), "theirs");
+        expect_refused(arguments, std::string(name) + ": a file that is no earlier output");
+        EXPECT_EQ(read_text(file(name)), "theirs") << arguments;
+        expect_success(std::string(arguments) + " --force");
+        EXPECT_NE(read_text(file(name)), "theirs") << arguments;
+        expect_success(arguments); // its own
+    }
+}
+
+TEST_F(CommandLine, quiet_run_is_one_line) {
+    const test::ProgramResult result = run_program("run s.toml --quiet --out o", directory.path());
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_EQ(result.errors, "");
+    EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+    for (const char* part : {"s.toml: settled (", "24 cells", "results in o"}) {
+        EXPECT_NE(result.output.find(part), std::string::npos) << result.output;
+    }
+}
+
+TEST_F(CommandLine, price_of_a_digit_has_every_type_and_level) {
+    expect_refused("bench --price --effects", "at most 1");
+    expect_success("bench --price --min-time 0.01 --json p.json");
+    const auto rows = nlohmann::json::parse(read_text(file("p.json"))).at("benchmarks");
+    std::set<std::string> names;
+    for (const auto& row : rows) {
+        names.insert(row.at("name"));
+        EXPECT_GT(row.at("ns_per_cell"), 0.0) << row;
+        const bool single = row.at("name").get<std::string>().find("float") != std::string::npos;
+        EXPECT_LT(row.at("error_at_0.01"), single ? 1e-5 : 1e-12) << row;
+        EXPECT_GT(row.at("error_at_0.01"), 0.0) << row;
+    }
+    EXPECT_EQ(names.size(), 6U);
+}
+
+} // namespace
+} // namespace hybmss
