@@ -1,5 +1,7 @@
 #include "bench/moving_body.hpp"
 
+#include "plan/bodies/layout_table.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -74,5 +76,21 @@ template StepParameters gentle_steps(const ExplicitDynamics<float>&);
 template StepParameters gentle_steps(const ExplicitDynamics<double>&);
 template bool all_finite(const ExplicitDynamics<float>&);
 template bool all_finite(const ExplicitDynamics<double>&);
+
+template <class T>
+BareStep<T> bare_step(const Lattice& lattice, const Material& material, const PlanOptions& options,
+                      const std::vector<T>& displacements) {
+    const std::shared_ptr<const Body<T>> body = make_body<T>(lattice, material, options);
+    const auto state = std::make_shared<State<T>>(body->make_state(true));
+    body->write(VectorField<const T>::aos(displacements.data(), body->node_count()), 1 / body->length_unit(),
+                state->displacement);
+    return {[body, state](const StepParameters& parameters, long count) {
+                body->workers().run(body->step_stages(*state, parameters), count);
+            },
+            body->describe().bytes + state->bytes()};
+}
+
+template BareStep<float> bare_step(const Lattice&, const Material&, const PlanOptions&, const std::vector<float>&);
+template BareStep<double> bare_step(const Lattice&, const Material&, const PlanOptions&, const std::vector<double>&);
 
 } // namespace hybmss::bench

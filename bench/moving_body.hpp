@@ -1,13 +1,14 @@
 #pragma once
 
 /// \file
-/// A body that trembles, for timing its steps.
+/// A body that trembles, for timing its steps; and its step without a place for effects, loads or prescribed nodes,
+/// which a step with them is measured by.
 
 #include "bench/bench_row.hpp"
 #include "bench/yardstick.hpp"
-
 #include "hybmss/explicit_dynamics.hpp"
 
+#include <functional>
 #include <vector>
 
 namespace hybmss::bench {
@@ -40,5 +41,16 @@ bool all_finite(const Yardstick& body);
 
 /// The same body, with the same displacements, as the yardstick.
 Yardstick moving_yardstick(const Lattice& lattice, const Material& material);
+
+/// A body at rest displaced as given (m, x y z a node); steps() takes so many steps of its sweep alone.
+template <class T>
+struct BareStep {
+    std::function<void(const StepParameters&, long)> steps;
+    std::size_t bytes; ///< of plan and state
+};
+
+template <class T>
+BareStep<T> bare_step(const Lattice& lattice, const Material& material, const PlanOptions& options,
+                      const std::vector<T>& displacements);
 
 } // namespace hybmss::bench

@@ -3,7 +3,6 @@
 #include "app/progress_line.hpp"
 #include "studies/calculix/program.hpp"
 #include "studies/commands.hpp"
-#include "studies/paper/report.hpp"
 #include "studies/paper/tables.hpp"
 
 #include <CLI/CLI.hpp>

@@ -2,9 +2,9 @@
 #include "app/output_file.hpp"
 #include "app/progress_line.hpp"
 #include "studies/commands.hpp"
-#include "studies/stability/case_report.hpp"
+#include "studies/stability/hard_case.hpp"
 #include "studies/stability/integrator_order.hpp"
-#include "studies/stability/map_report.hpp"
+#include "studies/stability/stability_map.hpp"
 
 #include "hybmss/version.hpp"
 

@@ -1,7 +1,6 @@
 #include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
 #include "bench/moving_body.hpp"
-#include "bench/step/bare_step.hpp"
 #include "simulation/run/effect_list.hpp"
 
 #include <algorithm>

@@ -1,10 +1,11 @@
 #pragma once
 
 /// \file
-/// What CalculiX is asked, and what it answers.
+/// What CalculiX is asked, by hand or for a scene, and what it answers.
 
 #include "hybmss/equilibrium.hpp"
 #include "hybmss/material.hpp"
+#include "hybmss/simulation/scene.hpp"
 #include "studies/calculix/brick_mesh.hpp"
 
 #include <array>
@@ -42,5 +43,10 @@ struct Solution {
     int iterations = 0;                               ///< of Newton's method, over all increments
     double seconds = 0;                               ///< of the whole program
 };
+
+/// The scene's cells, material, supports at the end of their motions, loads and gravity; damping and the solver's
+/// choices do not matter at rest. Regions hold the nodes in the middle of edges as they do corners, but loads act on
+/// corners alone. Throws SceneError as a Simulation does.
+Problem scene_problem(const Scene& scene, ElementType type, Geometry geometry, Law law = Law::linear);
 
 } // namespace hybmss::calculix

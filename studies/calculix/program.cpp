@@ -1,7 +1,6 @@
 #include "studies/calculix/program.hpp"
 
-#include "studies/calculix/deck.hpp"
-#include "studies/calculix/result_file.hpp"
+#include "studies/calculix/files.hpp"
 
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-#include "studies/paper/beam_theory.hpp"
+#include "studies/paper/experiment.hpp"
 #include "studies/paper/tables.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The experiments of section 6.1 of Golec et al. 2020 as static scenes.
+/// The experiments of section 6.1 of Golec et al. 2020 as static scenes, and what the theories of rods say of its beam.
 
 #include "hybmss/simulation/scene.hpp"
 
@@ -63,5 +63,12 @@ std::size_t response_axis(Kind kind);
 /// Nodes of the paper's pictures: of a shear by 20 % the middle layer z = 2.5 m (Fig. 8), of a torsion by 45 degrees
 /// y = 2.5 m (Fig. 10), of a beam those on its axis (Fig. 5); none otherwise.
 std::vector<std::uint32_t> pictured_nodes(const Experiment& experiment);
+
+/// The deflections of the free end, m.
+struct BeamTheory {
+    double bending = 0; ///< rho g A L^4 / (8 E I), Euler and Bernoulli: (6.1) at x = L
+    double shear = 0;   ///< what Timoshenko adds, rho g L^2 / (2 k G), k = 10 (1 + nu) / (12 + 11 nu)
+};
+BeamTheory beam_theory(const Experiment& beam);
 
 } // namespace hybmss::paper

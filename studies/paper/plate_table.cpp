@@ -1,4 +1,3 @@
-#include "studies/paper/difference.hpp"
 #include "studies/paper/printed_figures.hpp"
 #include "studies/paper/tables.hpp"
 

@@ -1,12 +1,13 @@
 #pragma once
 
 /// \file
-/// The paper's tables and figures, and those that carry them further, as tables.
+/// The paper's tables and figures, and those that carry them further, as tables and as one document.
 
-#include "studies/paper/finite_elements.hpp"
+#include "studies/paper/figures.hpp"
 #include "studies/paper/table.hpp"
 
 #include <functional>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -39,5 +40,9 @@ struct TableEntry {
     std::function<Table(TableContext&)> make;
 };
 const std::vector<TableEntry>& tables();
+
+/// A page of Markdown: docs/report/paper.md. `calculix` says where CalculiX's figures come from.
+void write_page(const std::vector<Table>& tables, const std::string& calculix, std::ostream& out);
+void write_json(const std::vector<Table>& tables, const std::string& calculix, std::ostream& out);
 
 } // namespace hybmss::paper

@@ -1,16 +1,62 @@
 #pragma once
 
 /// \file
-/// What a solution converges to, from fine meshes.
+/// The problems whose solutions are priced, the paper's experiments at a strain where every law is linear, and what a
+/// solution converges to, from fine meshes.
 
-#include "studies/price/problem.hpp"
+#include "hybmss/simulation/simulation.hpp"
+#include "studies/calculix/brick_mesh.hpp"
+#include "studies/paper/experiment.hpp"
+#include "studies/price/grid_field.hpp"
 
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hybmss::price {
+
+/// Compression, shear, torsion and beam.
+std::vector<paper::Kind> problems();
+
+/// What is read of a solution besides its field.
+enum class Quantity { force, volume_change, torque, deflection };
+std::string_view name(Quantity quantity);
+std::vector<Quantity> quantities(paper::Kind kind);
+
+/// nu = 0.3, strain 1e-5 (beam: a tip that moves by a millionth of its length or less), `across` cells along the
+/// shortest edge.
+paper::Experiment experiment(paper::Kind kind, int across);
+
+/// How a lattice is brought to rest.
+enum class Method {
+    static_solve,     ///< Newton's method, as `solver.method = "static"`
+    settling,         ///< explicit, at the default step and with the damping at which the slowest motion just swings no
+                      ///< more, until residual and motion are below 1e-4
+    paper_settling,   ///< explicit, 10 s with that damping in the paper's 10,000 steps (of the beam 300,000)
+    implicit_settling ///< backward Euler with large steps and that damping, likewise to 1e-4
+};
+inline constexpr Method kMethods[] = {Method::static_solve, Method::settling, Method::paper_settling,
+                                      Method::implicit_settling};
+std::string_view name(Method method);
+
+struct Outcome {
+    std::string failure;                              ///< "" where all is well
+    std::vector<double> values;                       ///< one a quantity of the problem
+    GridField field;                                  ///< of the cells' corners
+    calculix::BrickMesh mesh;                         ///< 20-node elements, where it is a solution by those, with
+    std::vector<std::array<double, 3>> displacements; ///< one a node of it
+    double seconds = 0; ///< from the scene to the result, on one thread; of CalculiX the whole program's run
+    long steps = 0;     ///< in time, or conjugate gradients of a static solve
+    bool good() const { return failure.empty(); }
+    /// The displacements on a grid `factor` times as fine as the cells.
+    GridField refined(int factor) const;
+};
+
+Outcome solve_lattice(paper::Kind kind, int across, paper::Model model, Method method, Precision precision);
+/// Linear geometry. Throws std::runtime_error where ccx is not installed.
+Outcome solve_calculix(paper::Kind kind, int across, calculix::ElementType type);
 
 /// A value from four meshes, each twice as fine as the last, by Richardson's extrapolation:
 ///   p = log2((q1 - q2) / (q2 - q3)),   q = q3 + (q3 - q2) / (2^p - 1).

@@ -1,10 +1,13 @@
 #pragma once
 
 /// \file
-/// One hard case: what is asked, how it is run, how it may end.
+/// One hard case: what is asked, how it is run, how it may end; and all of them as a table and as JSON.
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <functional>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -65,5 +68,21 @@ void append_time_step_cases(std::vector<HardCase>& cases);
 void append_bad_number_cases(std::vector<HardCase>& cases);
 void append_static_cases(std::vector<HardCase>& cases);
 void append_solver_cases(std::vector<HardCase>& cases);
+
+struct CaseRow {
+    HardCase hard_case;
+    Outcome outcome;
+    double seconds = 0;
+};
+
+/// How many ended in each way.
+struct CaseCount {
+    int right = 0, error = 0, wrong = 0;
+    int total() const { return right + error + wrong; }
+};
+CaseCount count(const std::vector<CaseRow>& rows);
+
+void print_cases(const std::vector<CaseRow>& rows, std::ostream& out);
+nlohmann::ordered_json cases_json(const std::vector<CaseRow>& rows);
 
 } // namespace hybmss::stability

@@ -1,7 +1,6 @@
 /// What must stay over very many steps: energy and angular momentum.
 
 #include "studies/stability/body_motion.hpp"
-#include "studies/stability/energy_record.hpp"
 #include "studies/stability/hard_case.hpp"
 
 #include <Eigen/Geometry>

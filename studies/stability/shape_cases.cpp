@@ -2,7 +2,6 @@
 /// or a corner, no cells at all.
 
 #include "studies/stability/body_motion.hpp"
-#include "studies/stability/energy_record.hpp"
 #include "studies/stability/hard_case.hpp"
 
 #include "hybmss/force_plan.hpp"

@@ -1,14 +1,16 @@
 #pragma once
 
 /// \file
-/// Where the homogeneous lattice itself is stable, over Poisson's ratio, A and stretch.
+/// Where the homogeneous lattice itself is stable, over Poisson's ratio, A and stretch; as a table and as JSON.
 
-#include "studies/stability/stretching.hpp"
 #include "studies/stability/weakest_wave.hpp"
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <array>
 #include <functional>
 #include <optional>
+#include <ostream>
 #include <vector>
 
 namespace hybmss::stability {
@@ -60,5 +62,11 @@ struct MapSheet {
     std::vector<StableRange> ranges, quadratic_ranges;
 };
 std::vector<MapSheet> stability_sheets(const std::function<void(double)>& progress);
+
+/// One line a material and loading: from which stretch to which the homogeneous lattice is stable, and what ends it.
+void print_map(const std::vector<MapRow>& rows, std::ostream& out);
+
+nlohmann::ordered_json map_json(const std::vector<MapRow>& rows);
+nlohmann::ordered_json sheets_json(const std::vector<MapSheet>& sheets);
 
 } // namespace hybmss::stability

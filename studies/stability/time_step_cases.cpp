@@ -1,7 +1,6 @@
 /// Steps just below and just above the critical one.
 
 #include "studies/stability/body_motion.hpp"
-#include "studies/stability/energy_record.hpp"
 #include "studies/stability/hard_case.hpp"
 
 #include "reference/body.hpp"

@@ -1,9 +1,8 @@
 /// CalculiX as a program: what it is asked, what is read back, and one solve where it is installed.
 
-#include "studies/calculix/deck.hpp"
+#include "studies/calculix/files.hpp"
+#include "studies/calculix/problem.hpp"
 #include "studies/calculix/program.hpp"
-#include "studies/calculix/result_file.hpp"
-#include "studies/calculix/scene_problem.hpp"
 #include "studies/paper/experiment.hpp"
 #include "tests/program.hpp"
 

@@ -1,9 +1,9 @@
 /// The paper's experiments against CalculiX's kept results, and how fast the lattice converges.
 
-#include "studies/paper/beam_theory.hpp"
-#include "studies/paper/difference.hpp"
-#include "studies/paper/finite_elements.hpp"
+#include "studies/paper/experiment.hpp"
+#include "studies/paper/figures.hpp"
 #include "studies/paper/manufactured.hpp"
+#include "studies/paper/printed_figures.hpp"
 #include "studies/paper/tables.hpp"
 #include "tests/program.hpp"
 

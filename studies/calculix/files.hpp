@@ -1,15 +1,22 @@
 #pragma once
 
 /// \file
-/// The text files in which CalculiX leaves its results.
+/// The text files that CalculiX reads and those in which it leaves its results.
+
+#include "studies/calculix/problem.hpp"
 
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <ostream>
 #include <string_view>
 #include <vector>
 
 namespace hybmss::calculix {
+
+/// Nodes and elements are numbered from 1. One step, *STATIC with its default increments; displacements of all nodes
+/// and forces on the supported ones are printed at its end.
+void write_deck(const Problem& problem, std::ostream& out);
 
 /// The last table of vectors in a .dat file whose heading begins with `heading` ("displacements", "forces"), one entry
 /// for each of `nodes` nodes; zero where a node is not listed. Throws std::runtime_error where there is no such table,

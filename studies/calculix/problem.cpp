@@ -1,4 +1,4 @@
-#include "studies/calculix/scene_problem.hpp"
+#include "studies/calculix/problem.hpp"
 
 #include "simulation/run/loads.hpp"
 #include "simulation/run/supports.hpp"
