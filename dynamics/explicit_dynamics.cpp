@@ -1,33 +1,62 @@
+// A body that moves: how it is made, held, loaded, stepped and cut.
 #include "dynamics/explicit_dynamics_implementation.hpp"
-
-#include "plan/bodies/critical_time_step.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <functional>
 #include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 namespace hybmss {
 namespace {
 
-[[noreturn]] void refuse(const char* what, std::size_t node, double value) {
-    throw std::invalid_argument(std::string(what) + " of node " + std::to_string(node) + " = " + std::to_string(value) +
-                                " is not allowed: it must be finite");
+/// Takes over the values of one axis of a node. What is not finite would be carried to every node, and be told of only
+/// much later.
+template <class T>
+void take_over(PrescribedComponent<T>& component, const PrescribedNode& given, double length_unit) {
+    const auto converted = [&](const char* what, double value) {
+        const T inside = static_cast<T>(value * (1 / length_unit));
+        if (!std::isfinite(inside)) {
+            throw std::invalid_argument(std::string(what) + " of node " + std::to_string(given.node) + " = " +
+                                        std::to_string(value) + " is not allowed: it must be finite" +
+                                        (std::isfinite(value) ? " in the body's precision" : ""));
+        }
+        return inside;
+    };
+    component.displacement = converted("prescribed displacement", given.displacement[component.axis]);
+    component.velocity = converted("prescribed velocity", given.velocity[component.axis]);
 }
 
-/// A motion would carry one bad number to every node, and tell of it only much later.
+/// Pieces of the list are set at the same time, so none may be named twice.
 template <class T>
-void check_finite(const VectorField<const T>& in, const char* what) {
-    for (const T* component : {in.x, in.y, in.z}) {
-        for (std::size_t n = 0; n < in.size; ++n) {
-            if (const T value = component[static_cast<std::ptrdiff_t>(n) * in.stride]; !std::isfinite(value)) {
-                refuse(what, n, static_cast<double>(value));
-            }
-        }
+void require_each_once(std::span<const PrescribedComponent<T>> components) {
+    const auto key = [](const PrescribedComponent<T>& p) { return std::tuple(p.node, p.axis); };
+    const auto ascending = [&](const auto& p, const auto& q) { return key(p) < key(q); };
+    if (std::adjacent_find(components.begin(), components.end(),
+                           [&](const auto& p, const auto& q) { return !ascending(p, q); }) == components.end()) {
+        return;
+    }
+    std::vector<PrescribedComponent<T>> sorted(components.begin(), components.end());
+    std::sort(sorted.begin(), sorted.end(), ascending);
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end(),
+                                          [&](const auto& p, const auto& q) { return key(p) == key(q); });
+    if (twice != sorted.end()) {
+        throw std::invalid_argument("prescribed node " + std::to_string(twice->node) + ": given twice along " +
+                                    "xyz"[twice->axis] + "; each axis of a node may be given once");
     }
 }
+
+[[noreturn]] void refuse_other_nodes() {
+    throw std::invalid_argument("the motion gives other nodes or axes than prescribe(): they must be the same, in the "
+                                "same order");
+}
+
+/// A look at the whole state takes about as long as a fifth of a step.
+constexpr long kStepsBetweenLooks = 64;
 
 double longest_spring(const Network& network) {
     double longest = 0;
@@ -63,7 +92,6 @@ std::size_t ExplicitDynamics<T>::node_count() const {
 template <class T>
 void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
     const Body<T>& body = *implementation_->body;
-    const double scale = 1 / body.length_unit();
     std::vector<PrescribedComponent<T>> components;
     for (const PrescribedNode& p : nodes) {
         if (p.node >= body.node_count()) {
@@ -75,24 +103,42 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
                                         std::to_string(p.axes) + " is not allowed: it must be a sum of 1, 2 and 4");
         }
         const std::size_t index = body.index_of(p.node);
-        for (std::size_t c = 0; c < 3; ++c) {
-            if (p.axes >> c & 1) {
-                if (!std::isfinite(p.displacement[c])) {
-                    refuse("prescribed displacement", p.node, p.displacement[c]);
-                }
-                if (!std::isfinite(p.velocity[c])) {
-                    refuse("prescribed velocity", p.node, p.velocity[c]);
-                }
-                components.push_back({index, static_cast<int>(c), static_cast<T>(p.displacement[c] * scale),
-                                      static_cast<T>(p.velocity[c] * scale)});
+        for (std::uint8_t axis = 0; axis < 3; ++axis) {
+            if (p.axes >> axis & 1) {
+                components.push_back({index, p.node, axis, T(0), T(0)});
+                take_over(components.back(), p, body.length_unit());
             }
         }
     }
+    require_each_once<T>(components);
     implementation_->prescribed = std::move(components);
     for (const auto& effect : implementation_->effects) {
         effect->set_prescribed(implementation_->prescribed);
     }
     hybmss::set_prescribed<T>(implementation_->state, implementation_->prescribed);
+}
+
+template <class T>
+void ExplicitDynamics<T>::Implementation::lead(std::span<const PrescribedNode> nodes) {
+    std::vector<PrescribedComponent<T>> led = prescribed;
+    auto next = led.begin();
+    for (const PrescribedNode& p : nodes) {
+        for (std::uint8_t axis = 0; axis < 3; ++axis) {
+            if (p.axes >> axis & 1) {
+                if (next == led.end() || next->node != p.node || next->axis != axis) {
+                    refuse_other_nodes();
+                }
+                take_over(*next++, p, body->length_unit());
+            }
+        }
+    }
+    if (next != led.end()) {
+        refuse_other_nodes();
+    }
+    std::copy(led.begin(), led.end(), prescribed.begin()); // in place: stages know where they lie
+    for (const auto& effect : effects) {
+        effect->set_prescribed(prescribed);
+    }
 }
 
 template <class T>
@@ -135,78 +181,68 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
 
 template <class T>
 void ExplicitDynamics<T>::step(const StepParameters& parameters, long count) {
+    step(parameters, count, {});
+}
+
+template <class T>
+void ExplicitDynamics<T>::step(const StepParameters& parameters, long count, const StepMotion& motion) {
     if (count < 0) {
         throw std::invalid_argument("count = " + std::to_string(count) +
                                     " is not allowed: it must be at least 0 steps");
     }
-    take_steps<T>(*implementation_->body, implementation_->state, parameters,
-                  {implementation_->effects, implementation_->prescribed, implementation_->loaded}, count);
-}
-
-template <class T>
-void ExplicitDynamics<T>::get_displacements(VectorField<T> out) const {
-    const Body<T>& body = *implementation_->body;
-    body.read(implementation_->state.displacement, body.length_unit(), out);
-}
-template <class T>
-void ExplicitDynamics<T>::get_velocities(VectorField<T> out) const {
-    const Body<T>& body = *implementation_->body;
-    body.read(implementation_->state.velocity, body.length_unit(), out);
-}
-template <class T>
-void ExplicitDynamics<T>::set_displacements(VectorField<const T> in) {
-    check_finite(in, "displacement");
-    implementation_->set(in, implementation_->state.displacement, 1 / implementation_->body->length_unit());
-}
-template <class T>
-void ExplicitDynamics<T>::set_velocities(VectorField<const T> in) {
-    check_finite(in, "velocity");
-    implementation_->set(in, implementation_->state.velocity, 1 / implementation_->body->length_unit());
-}
-template <class T>
-std::vector<T> ExplicitDynamics<T>::exact_state() const {
-    const Body<T>& body = *implementation_->body;
-    std::vector<T> values(6 * body.node_count());
-    body.read(implementation_->state.displacement, 1, VectorField<T>::aos(values.data(), body.node_count(), 6));
-    body.read(implementation_->state.velocity, 1, VectorField<T>::aos(values.data() + 3, body.node_count(), 6));
-    return values;
-}
-template <class T>
-void ExplicitDynamics<T>::set_exact_state(std::span<const T> values) {
-    const std::size_t nodes = implementation_->body->node_count();
-    if (values.size() != 6 * nodes) {
-        throw std::invalid_argument("state of " + std::to_string(values.size()) + " values given: the body's " +
-                                    std::to_string(nodes) + " nodes have six each");
+    Implementation& i = *implementation_;
+    std::exception_ptr thrown;
+    std::function<void()> lead;
+    if (motion.nodes || motion.obstacles) {
+        lead = [&, step = 0L, this]() mutable {
+            ++step;
+            if (thrown) {
+                return;
+            }
+            try {
+                if (motion.nodes) {
+                    i.lead(motion.nodes(step));
+                }
+                if (motion.obstacles) {
+                    move_obstacles(motion.obstacles(step));
+                }
+            } catch (...) {
+                thrown = std::current_exception();
+            }
+        };
     }
-    implementation_->set(VectorField<const T>::aos(values.data(), nodes, 6), implementation_->state.displacement, 1);
-    implementation_->set(VectorField<const T>::aos(values.data() + 3, nodes, 6), implementation_->state.velocity, 1);
-}
-template <class T>
-void ExplicitDynamics<T>::get_forces(VectorField<T> out) const {
-    const Body<T>& body = *implementation_->body;
-    body.compute_forces(implementation_->state);
-    body.read(implementation_->state.force, 1, out);
+    take_steps<T>(*i.body, i.state, parameters, {i.effects, i.prescribed, i.loaded, lead}, count);
+    i.steps += count;
+    if (i.steps - i.looked_at >= kStepsBetweenLooks) {
+        i.look();
+    }
+    if (thrown) {
+        std::rethrow_exception(thrown);
+    }
 }
 
 template <class T>
-std::span<const double> ExplicitDynamics<T>::masses() const {
-    return implementation_->body->masses();
+void ExplicitDynamics<T>::Implementation::look() const {
+    looked_at = steps;
+    if (not_finite_at == 0 && !(body->finite(state.displacement) && body->finite(state.velocity))) {
+        not_finite_at = std::max(steps, 1L);
+    }
 }
+
 template <class T>
-PotentialEnergy ExplicitDynamics<T>::potential_energy() const {
-    return implementation_->body->energy(implementation_->state);
+bool ExplicitDynamics<T>::finite() const {
+    return not_finite_at() == 0;
 }
+
 template <class T>
-double ExplicitDynamics<T>::kinetic_energy() const {
-    return implementation_->body->kinetic_energy(implementation_->state);
+long ExplicitDynamics<T>::not_finite_at() const {
+    const Implementation& i = *implementation_;
+    if (i.looked_at != i.steps) {
+        i.look();
+    }
+    return i.not_finite_at;
 }
-template <class T>
-double ExplicitDynamics<T>::critical_time_step() const {
-    const Implementation& all = *implementation_;
-    const FrequencyBounds bounds =
-        all.contact ? all.body->frequencies().with(all.contact->obstacles()) : all.body->frequencies();
-    return bounds.critical_time_step(all.damping ? all.damping->seconds() : 0);
-}
+
 template <class T>
 PlanDescription ExplicitDynamics<T>::describe() const {
     PlanDescription description = implementation_->planned.describe();
@@ -217,6 +253,78 @@ PlanDescription ExplicitDynamics<T>::describe() const {
         description.bytes += effect->bytes();
     }
     return description;
+}
+
+template <class T>
+void ExplicitDynamics<T>::Implementation::check_cut(const Lattice& lattice, std::span<const std::uint32_t> cells) {
+    if (const std::string layout = body->describe().layout; !can_be_cut(layout)) {
+        throw std::invalid_argument("layout \"" + layout +
+                                    "\" cannot be cut while it moves: " + layouts_that_can_be_cut() + " can");
+    }
+    for (const std::uint32_t cell : cells) {
+        if (cell >= lattice.cell_scales().size()) {
+            throw std::invalid_argument("cell " + std::to_string(cell) + ": the lattice has " +
+                                        std::to_string(lattice.cell_scales().size()));
+        }
+    }
+    if (lattice.cell_size() != body->length_unit()) {
+        throw std::invalid_argument("the lattice has cells of " + std::to_string(lattice.cell_size()) +
+                                    " m, the body of " + std::to_string(body->length_unit()) + " m");
+    }
+    if (!numbers) {
+        if (const std::size_t cells_here = body->describe().cells; cells_here != lattice.cell_count()) {
+            throw std::invalid_argument("the lattice has " + std::to_string(lattice.cell_count()) +
+                                        " cells, the body made from it " + std::to_string(cells_here));
+        }
+        numbers.emplace(lattice, body->node_count());
+        grid = lattice.cells();
+    }
+    if (grid != lattice.cells()) {
+        throw std::invalid_argument("the lattice has another grid than the one that the body was made from");
+    }
+}
+
+template <class T>
+bool ExplicitDynamics<T>::can_remove_cells() const {
+    return can_be_cut(implementation_->body->describe().layout);
+}
+
+template <class T>
+std::size_t ExplicitDynamics<T>::remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells) {
+    Implementation& i = *implementation_;
+    i.check_cut(lattice, cells);
+    const auto nx = static_cast<std::size_t>(lattice.cells()[0]), ny = static_cast<std::size_t>(lattice.cells()[1]);
+    std::vector<CutNode> nodes;
+    std::size_t removed = 0;
+    for (const std::uint32_t cell : cells) {
+        const std::size_t x = cell % nx, y = cell / nx % ny, z = cell / nx / ny;
+        const int at[3] = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
+        if (!(lattice.cell_scale(at[0], at[1], at[2]) > 0)) {
+            continue;
+        }
+        lattice.set_cell_scale(at[0], at[1], at[2], 0);
+        ++removed;
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            const std::array<std::size_t, 3> place = {x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)};
+            nodes.push_back({i.numbers->of(place[0] + (nx + 1) * (place[1] + (ny + 1) * place[2])), place});
+        }
+    }
+    i.planned.body->take_over(lattice, nodes, removed);
+    for (const CutNode& node : nodes) {
+        if (i.body->masses()[node.node] == 0) { // nothing would slow it down
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Component<T> v = component(i.state.velocity, c);
+                v.first[static_cast<std::ptrdiff_t>(i.body->index_of(node.node)) * v.stride] = 0;
+            }
+        }
+    }
+    for (const auto& effect : i.effects) {
+        effect->body_was_cut(*i.body, lattice, *i.numbers, nodes);
+    }
+    if (!i.loads.empty()) { // the same forces on other masses
+        load(std::vector<NodalLoad>(i.loads));
+    }
+    return removed;
 }
 
 template class ExplicitDynamics<float>;

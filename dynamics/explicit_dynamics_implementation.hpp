@@ -2,8 +2,6 @@
 
 #include "hybmss/explicit_dynamics.hpp"
 
-#include "dynamics/contact/contact.hpp"
-#include "dynamics/effects/spring_damping.hpp"
 #include "dynamics/step.hpp"
 #include "layouts/node_numbers.hpp"
 #include "plan/tuning/planned_body.hpp"
@@ -35,7 +33,35 @@ struct ExplicitDynamics<T>::Implementation {
         for (const auto& effect : effects) {
             effect->state_was_set();
         }
+        looked_at = -1;
+        not_finite_at = 0;
     }
+
+    /// The effect of this kind, or null.
+    template <class Effect>
+    Effect* find() const {
+        for (const auto& effect : effects) {
+            if (auto* const found = dynamic_cast<Effect*>(effect.get())) {
+                return found;
+            }
+        }
+        return nullptr;
+    }
+    /// Puts an effect in the place of the one of its kind; null takes that away.
+    template <class Effect>
+    void replace(std::unique_ptr<Effect> effect) {
+        std::erase_if(effects, [before = find<Effect>()](const auto& other) { return other.get() == before; });
+        if (effect) {
+            effect->set_prescribed(prescribed);
+            effect->set_loaded(loaded);
+            effects.push_back(std::move(effect));
+        }
+    }
+
+    /// Takes over where these nodes, the prescribed ones, are led. Throws as prescribe() does, and for other nodes.
+    void lead(std::span<const PrescribedNode> nodes);
+    /// Looks at the whole state.
+    void look() const;
 
     /// Throws where these cells of this lattice cannot be removed; else makes ready for it.
     void check_cut(const Lattice& lattice, std::span<const std::uint32_t> cells);
@@ -45,12 +71,12 @@ struct ExplicitDynamics<T>::Implementation {
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
     double wave_speed;      ///< m/s, at most: no wave passes an edge in less than the critical time step
     std::vector<std::unique_ptr<StepEffect<T>>> effects;
-    Contact<T>* contact = nullptr;       ///< one of the effects; nullptr without obstacles
-    std::optional<SurfaceNode> touching; ///< one of those that may touch, if there are any
-    SpringDamping<T>* damping = nullptr; ///< one of them, or none
-    std::vector<PrescribedComponent<T>> prescribed;
+    std::vector<PrescribedComponent<T>> prescribed; ///< each once
     std::vector<LoadedComponent<T>> loaded;
-    std::vector<NodalLoad> loads;        ///< that `loaded` comes from
+    std::vector<NodalLoad> loads;   ///< that `loaded` comes from
+    long steps = 0;                 ///< taken
+    mutable long looked_at = 0;     ///< the count of steps at the last look at the state; -1: never since it was set
+    mutable long not_finite_at = 0; ///< that of the first look that found it not finite, or 0
     std::optional<NodeNumbers> numbers;  ///< from the first cut on
     std::array<int, 3> grid = {0, 0, 0}; ///< likewise
 };

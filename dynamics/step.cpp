@@ -1,7 +1,6 @@
 #include "dynamics/step.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 namespace hybmss {
 
@@ -17,14 +16,13 @@ void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> pre
 
 namespace {
 
-constexpr std::size_t kPiece = 512; // components
-
 /// Pieces of a list of components, in parallel: visit(part of the list).
 template <class Component, class Visit>
-Stage stage_over(std::span<const Component> all, std::size_t length, const Visit& visit) {
-    return {(all.size() + length - 1) / length, [all, length, visit](std::size_t piece, std::size_t) {
-                const std::size_t begin = piece * length;
-                visit(all.subspan(begin, std::min(length, all.size() - begin)));
+Stage stage_over(std::span<const Component> all, const Visit& visit) {
+    constexpr std::size_t kPiece = 512;
+    return {(all.size() + kPiece - 1) / kPiece, [=](std::size_t piece, std::size_t) {
+                const std::size_t begin = piece * kPiece;
+                visit(all.subspan(begin, std::min(kPiece, all.size() - begin)));
             }};
 }
 
@@ -32,7 +30,7 @@ template <class T>
 Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<const LoadedComponent<T>> loaded) {
     const double dt = parameters.time_step;
     const T time_step = static_cast<T>(dt), factor = static_cast<T>(dt / (1 + dt * parameters.mass_damping));
-    return stage_over(loaded, kPiece, [&state, time_step, factor](std::span<const LoadedComponent<T>> part) {
+    return stage_over(loaded, [&state, time_step, factor](std::span<const LoadedComponent<T>> part) {
         for (const LoadedComponent<T>& p : part) {
             const auto axis = static_cast<std::size_t>(p.axis);
             const Component<T> u = component(state.displacement, axis), v = component(state.velocity, axis);
@@ -51,17 +49,14 @@ void add_action_stages(State<T>& state, const StepParameters& parameters, const 
     if (!actions.loaded.empty()) {
         stages.push_back(load_stage(state, parameters, actions.loaded));
     }
-    const std::span<const PrescribedComponent<T>> prescribed = actions.prescribed;
-    if (prescribed.empty()) {
-        return;
+    if (actions.lead) {
+        stages.push_back({1, [lead = actions.lead](std::size_t, std::size_t) { lead(); }});
     }
-    // Several pieces where that cannot matter: one that is named twice gets the later values.
-    const bool none_twice = std::adjacent_find(prescribed.begin(), prescribed.end(), [](const auto& p, const auto& q) {
-                                return std::tie(p.index, p.axis) >= std::tie(q.index, q.axis);
-                            }) == prescribed.end();
-    stages.push_back(
-        stage_over(prescribed, none_twice ? kPiece : prescribed.size(),
-                   [&state](std::span<const PrescribedComponent<T>> part) { set_prescribed(state, part); }));
+    if (!actions.prescribed.empty()) {
+        stages.push_back(stage_over(actions.prescribed, [&state](std::span<const PrescribedComponent<T>> part) {
+            set_prescribed(state, part);
+        }));
+    }
 }
 
 } // namespace
@@ -73,9 +68,7 @@ void take_steps(const Body<T>& body, State<T>& state, const StepParameters& para
     for (const auto& effect : actions.effects) {
         effect->add_stages(body, state, parameters, stages);
     }
-    for (Stage& stage : body.step_stages(state, parameters)) {
-        stages.push_back(std::move(stage));
-    }
+    append(body.step_stages(state, parameters), stages);
     add_action_stages(state, parameters, actions, stages);
     body.workers().run(stages, count);
 }

@@ -1,19 +1,95 @@
 #pragma once
 
-#include "dynamics/effects/step_effect.hpp"
+#include "layouts/node_numbers.hpp"
+#include "plan/bodies/body.hpp"
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace hybmss {
+
+/// A prescribed component of a node: where it lies and what it is set to, in the body's units.
+template <class T>
+struct PrescribedComponent {
+    std::size_t index;
+    std::uint32_t node;
+    std::uint8_t axis;
+    T displacement;
+    T velocity;
+};
+
+/// A loaded component of a node: where it lies and what the load accelerates it by, in the body's units by s^2.
+template <class T>
+struct LoadedComponent {
+    std::size_t index;
+    int axis;
+    T acceleration;
+};
+
+/// What bounds the largest stable step near rest; see FrequencyBounds.
+struct StepBounds {
+    FrequencyBounds frequencies;
+    double stiffness_damping = 0; ///< s
+};
+
+/// A force f(u, v, t) beyond the body's own, gravity, mass damping and loads: one object for each effect that is called
+/// for, nothing at all for those that are not.
+///
+/// It acts before the step's sweep, as a kick of the velocities: v += dt f/m. The sweep's own force depends on u alone,
+/// and the step is linear in the sum of the forces, so that this is the step under that sum:
+///
+///     (v + dt f/m + dt (F/m + g)) / (1 + dt c)
+template <class T>
+class StepEffect {
+public:
+    virtual ~StepEffect() = default;
+
+    virtual std::string_view name() const = 0;
+    /// What it holds.
+    virtual std::size_t bytes() const = 0;
+    /// Makes the bounds on a step as narrow as the effect asks for.
+    virtual void narrow(StepBounds&) const {}
+    /// J stored in it at a state, 0 for an effect that only takes energy out.
+    virtual double energy(const Body<T>& body, State<T>& state) const = 0;
+    /// J taken out since it was made, up to a state. Negative where it put energy in.
+    virtual double dissipated(const Body<T>& body, State<T>& state) const = 0;
+    /// Adds its force at a state, N: that of the next step's kick.
+    virtual void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const = 0;
+    /// Replaces the components that are set after each step, whatever the effect does to them. The span outlives the
+    /// stages.
+    virtual void set_prescribed(std::span<const PrescribedComponent<T>>) {}
+    /// Replaces the loads. The span is not kept.
+    virtual void set_loaded(std::span<const LoadedComponent<T>>) {}
+    /// Appends what one step needs; the stages are run again for every step of a call. The body, the state and the
+    /// effect outlive them.
+    virtual void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+                            std::vector<Stage>& stages) = 0;
+    /// The state has been set from outside.
+    virtual void state_was_set() {}
+    /// Cells have been removed from the lattice that the body was made from; these nodes have lost some. A body that
+    /// cannot be cut never comes here.
+    virtual void body_was_cut(const Body<T>&, const Lattice&, const NodeNumbers&, std::span<const CutNode>) {}
+
+    /// All that later steps depend on besides the state: what a checkpoint keeps.
+    virtual std::vector<double> memory() const { return {}; }
+    /// How many numbers memory() gives.
+    virtual std::size_t memory_size() const { return 0; }
+    /// Takes over the memory of an effect made in the same way; memory_size() numbers.
+    virtual void set_memory(std::span<const double>) {}
+};
 
 /// What a step does besides the body's own forces, gravity and damping. Not owned.
 template <class T>
 struct StepActions {
     std::span<const std::unique_ptr<StepEffect<T>>> effects;
-    std::span<const PrescribedComponent<T>> prescribed;
-    std::span<const LoadedComponent<T>> loaded; ///< each component once
+    std::span<const PrescribedComponent<T>> prescribed; ///< each component once
+    std::span<const LoadedComponent<T>> loaded;         ///< likewise
+    /// Leads what is prescribed on to the end of the step at hand; empty: it stays. Must not throw.
+    std::function<void()> lead = {};
 };
 
 /// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components.

@@ -195,6 +195,14 @@ hybmss_status hybmss_dynamics_energies(const hybmss_dynamics* dynamics, double* 
     });
 }
 
+hybmss_status hybmss_dynamics_not_finite_at(const hybmss_dynamics* dynamics, int64_t* steps) {
+    return guarded([&] {
+        require(dynamics, "dynamics");
+        require(steps, "steps");
+        dynamics->visit([&](const auto& moving) { *steps = moving.body.not_finite_at(); });
+    });
+}
+
 hybmss_status hybmss_dynamics_masses(const hybmss_dynamics* dynamics, double* masses, size_t count) {
     return guarded([&] {
         require(dynamics, "dynamics");

@@ -147,6 +147,15 @@ void bind_dynamics(py::module_& module) {
             });
         },
         "(springs, volume, kinetic), J.");
+    type.def_property_readonly(
+        "finite",
+        [](const Dynamics& dynamics) { return dynamics.visit([](const auto& body) { return body.finite(); }); },
+        "Whether all displacements and velocities are.");
+    type.def_property_readonly(
+        "not_finite_at",
+        [](const Dynamics& dynamics) { return dynamics.visit([](const auto& body) { return body.not_finite_at(); }); },
+        "0 while they are; else the steps taken when that was first found out: step() looks every 64 steps or so, this "
+        "at once.");
     type.def_property_readonly("critical_time_step", [](const Dynamics& dynamics) {
         return dynamics.visit([](const auto& body) { return body.critical_time_step(); });
     });

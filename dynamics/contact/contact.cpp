@@ -1,105 +1,12 @@
+// What contact does in a step, and how it reads at a state.
 #include "dynamics/contact/contact.hpp"
-
-#include "dynamics/contact/obstacle_checks.hpp"
-#include "dynamics/contact/rigid_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
-#include <tuple>
+#include <type_traits>
 
 namespace hybmss {
-template <class T>
-Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const SurfaceNode> surface,
-                    std::span<const Obstacle> obstacles)
-    : length_unit_(body.length_unit()), wave_speed_(wave_speed), obstacles_(obstacles.begin(), obstacles.end()) {
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        Obstacle& obstacle = obstacles_[o];
-        obstacle.shape = checked(obstacle.shape, o);
-        require_rigid(obstacle.pose, o);
-        if (!std::isfinite(obstacle.friction) || obstacle.friction < 0) {
-            refuse_obstacle(o, "friction = " + std::to_string(obstacle.friction) +
-                                   " is not allowed: it must be finite and at least 0");
-        }
-        if (!std::isfinite(obstacle.stiffness) || obstacle.stiffness < 0) {
-            refuse_obstacle(o, "stiffness = " + std::to_string(obstacle.stiffness) +
-                                   " is not allowed: it must be finite and at least 0");
-        }
-        if (obstacle.stiffness == 0) {
-            const double dt = body.critical_time_step();
-            if (!std::isfinite(dt)) {
-                refuse_obstacle(o, "stiffness = 0 is not allowed: the body has none of its own");
-            }
-            obstacle.stiffness = 1 / (dt * dt);
-        }
-    }
-    // Neighbours together: blocks of space about as large as a block of nodes on a face.
-    Point low, high;
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-    for (std::size_t s = 0; s < surface.size(); ++s) {
-        if (surface[s].node >= body.node_count() || !is_finite(surface[s].rest_position)) {
-            throw std::invalid_argument("surface node " + std::to_string(surface[s].node) +
-                                        ": it must be below the body's " + std::to_string(body.node_count()) +
-                                        " nodes, and its position finite");
-        }
-        for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], surface[s].rest_position[a]);
-            high[a] = std::max(high[a], surface[s].rest_position[a]);
-        }
-    }
-    std::vector<SurfaceNode> sorted(surface.begin(), surface.end());
-    const double edge =
-        surface.empty() ? 1
-                        : std::max(length(plus(high, -1, low)) *
-                                       std::sqrt(static_cast<double>(kBlock) / 4 / static_cast<double>(surface.size())),
-                                   std::numeric_limits<double>::min());
-    const auto key = [&](const SurfaceNode& node) {
-        const auto at = [&](std::size_t a) { return std::floor((node.rest_position[a] - low[a]) / edge); };
-        return std::tuple(at(2), at(1), at(0), node.node);
-    };
-    std::sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
-    for (std::size_t s = 0; s < sorted.size(); ++s) {
-        if (s > 0 && sorted[s].node == sorted[s - 1].node) {
-            throw std::invalid_argument("surface node " + std::to_string(sorted[s].node) +
-                                        " is given twice: each may be given once");
-        }
-        nodes_.push_back({sorted[s].rest_position, body.index_of(sorted[s].node), body.masses()[sorted[s].node]});
-    }
-    grips_.resize(obstacles_.size());
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        grips_[o].resize(has_grips(o) ? nodes_.size() : 0);
-    }
-    watches_.assign(obstacles_.size(), std::vector<Watch>(block_count()));
-    elapsed_.assign(piece_count(), 0.0);
-}
-
-template <class T>
-void Contact<T>::move(std::span<const RigidPose> poses) {
-    if (poses.size() != obstacles_.size()) {
-        throw std::invalid_argument(std::to_string(poses.size()) + " poses given for " +
-                                    std::to_string(obstacles_.size()) + " obstacles: there must be as many");
-    }
-    for (std::size_t o = 0; o < poses.size(); ++o) {
-        require_rigid(poses[o], o);
-    }
-    for (std::size_t o = 0; o < poses.size(); ++o) {
-        const RigidPose before = pose_after(o, elapsed());
-        const bool turns =
-            before.rotation != poses[o].rotation && !std::holds_alternative<SphereShape>(obstacles_[o].shape);
-        const double way =
-            turns ? std::numeric_limits<double>::infinity() : length(plus(poses[o].position, -1, before.position));
-        const double faster = length(poses[o].velocity) - length(before.velocity);
-        for (Watch& watch : watches_[o]) {
-            watch.near -= way;
-            watch.speed += std::max(2 * faster, 0.0);
-        }
-        obstacles_[o].pose = poses[o];
-    }
-    std::fill(elapsed_.begin(), elapsed_.end(), 0.0);
-}
 
 template <class T>
 RigidPose Contact<T>::pose_after(std::size_t obstacle, double time) const {

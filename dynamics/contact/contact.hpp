@@ -1,10 +1,11 @@
 #pragma once
 
-#include "dynamics/contact/obstacle_distance.hpp"
-#include "dynamics/effects/step_effect.hpp"
+#include "dynamics/contact/obstacle_geometry.hpp"
+#include "dynamics/step.hpp"
 #include "hybmss/contact.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -27,14 +28,14 @@ public:
     Contact(const Body<T>& body, double wave_speed, std::span<const SurfaceNode> surface,
             std::span<const Obstacle> obstacles);
 
-    std::size_t obstacle_count() const { return obstacles_.size(); }
     /// One pose an obstacle. Throws std::invalid_argument for another count and numbers that are not finite.
     void move(std::span<const RigidPose> poses);
     std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const;
-    std::span<const Obstacle> obstacles() const { return obstacles_; }
-    /// The body's masses have changed around these nodes, which are all of its surface now, if not without mass. In
-    /// time proportional to them; the first call takes a pass over the surface.
-    void surface_was_cut(const Body<T>& body, std::span<const SurfaceNode> around);
+    void narrow(StepBounds& bounds) const override { bounds.frequencies = bounds.frequencies.with(obstacles_); }
+    /// All nodes around the removed cells belong to the surface now, if they have mass. In time proportional to them;
+    /// the first call takes a pass over the surface.
+    void body_was_cut(const Body<T>& body, const Lattice& lattice, const NodeNumbers& numbers,
+                      std::span<const CutNode> nodes) override;
 
     std::string_view name() const override { return "contact"; }
     std::size_t bytes() const override;
@@ -86,6 +87,7 @@ private:
     std::size_t piece_count() const { return (block_count() + kBlocksAPiece - 1) / kBlocksAPiece; }
     double elapsed() const { return elapsed_.empty() ? 0 : elapsed_[0]; }
     bool has_grips(std::size_t obstacle) const { return obstacles_[obstacle].friction > 0; }
+    void node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest);
     RigidPose pose_after(std::size_t obstacle, double time) const;
     Point place(const RigidPose& pose, const Node& node, const State<T>& state, double length_unit) const;
     Touch touch(const Obstacle& obstacle, const Point& place, const SurfaceDistance& surface, const Grip* grip) const;
@@ -108,6 +110,7 @@ private:
     std::vector<std::vector<Grip>> grips_;    ///< one a node, for every obstacle with friction
     std::vector<std::vector<Watch>> watches_; ///< one a block, for every obstacle
     std::vector<double> elapsed_;             ///< s since the obstacles were moved; one a piece, all the same
+    std::optional<SurfaceNode> known_;        ///< one of those that were given, if there were any
     std::unordered_map<std::size_t, std::size_t> numbers_; ///< of nodes_, by their index; from the first cut on
 };
 

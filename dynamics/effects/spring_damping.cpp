@@ -1,5 +1,11 @@
 #include "dynamics/effects/spring_damping.hpp"
 
+#include "dynamics/explicit_dynamics_implementation.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
 namespace hybmss {
 
 template <class T>
@@ -17,9 +23,7 @@ template <class T>
 void SpringDamping<T>::add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
                                   std::vector<Stage>& stages) {
     Body<T>::allocate_like(state.displacement, product_);
-    for (Stage& stage : body.spring_stages(state, {kernels::SpringLaw::damping}, &state.velocity, product_)) {
-        stages.push_back(std::move(stage));
-    }
+    append(body.spring_stages(state, {kernels::SpringLaw::damping}, &state.velocity, product_), stages);
     const double factor = seconds_ * parameters.time_step;
     if (!prescribed_.empty()) {
         // What a kick takes out is its impulse p times the mean of the velocities before and after it, v - p/(2m). A
@@ -55,8 +59,20 @@ void add_damping_forces(const Body<T>& body, State<T>& state, const NodeField<T>
     }
 }
 
+template <class T>
+void ExplicitDynamics<T>::damp_springs(double stiffness_damping) {
+    if (!(stiffness_damping >= 0) || !std::isfinite(stiffness_damping)) {
+        throw std::invalid_argument("stiffness_damping = " + std::to_string(stiffness_damping) +
+                                    " is not allowed: it must be finite and at least 0 s");
+    }
+    implementation_->template replace<SpringDamping<T>>(
+        stiffness_damping > 0 ? std::make_unique<SpringDamping<T>>(stiffness_damping) : nullptr);
+}
+
 template class SpringDamping<float>;
 template class SpringDamping<double>;
+template void ExplicitDynamics<float>::damp_springs(double);
+template void ExplicitDynamics<double>::damp_springs(double);
 template void add_damping_forces(const Body<float>&, State<float>&, const NodeField<float>&, double, NodeField<float>&,
                                  NodeField<float>&);
 template void add_damping_forces(const Body<double>&, State<double>&, const NodeField<double>&, double,

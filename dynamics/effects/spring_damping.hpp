@@ -1,6 +1,6 @@
 #pragma once
 
-#include "dynamics/effects/step_effect.hpp"
+#include "dynamics/step.hpp"
 
 namespace hybmss {
 
@@ -18,6 +18,7 @@ public:
 
     std::string_view name() const override { return "stiffness damping"; }
     std::size_t bytes() const override;
+    void narrow(StepBounds& bounds) const override { bounds.stiffness_damping += seconds_; }
     double energy(const Body<T>&, State<T>&) const override { return 0; }
     double dissipated(const Body<T>&, State<T>&) const override { return dissipated_; }
     void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const override;
@@ -27,7 +28,6 @@ public:
     std::vector<double> memory() const override { return {dissipated_}; }
     std::size_t memory_size() const override { return 1; }
     void set_memory(std::span<const double> memory) override { dissipated_ = memory[0]; }
-    double seconds() const { return seconds_; }
 
 private:
     double seconds_, dissipated_ = 0;

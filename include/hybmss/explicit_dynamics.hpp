@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -29,6 +30,17 @@ struct PrescribedNode {
     std::uint8_t axes = 7; ///< bit 0: x, bit 1: y, bit 2: z
     std::array<double, 3> displacement = {0, 0, 0};
     std::array<double, 3> velocity = {0, 0, 0};
+};
+
+/// How prescribed nodes and obstacles are led through a call of many steps: asked once a step, for its end; `step`
+/// counts from 1 in each call. Either may be empty: nodes then stay, obstacles go on by their velocities. Asked by one
+/// thread at a time, not always the same, while others wait; spans are read before the next time. Neither may use the
+/// body.
+struct StepMotion {
+    /// The nodes of the last prescribe(), with the same axes and in the same order.
+    std::function<std::span<const PrescribedNode>(long step)> nodes;
+    /// One pose an obstacle.
+    std::function<std::span<const RigidPose>(long step)> obstacles;
 };
 
 /// A constant force on one node, N.
@@ -62,7 +74,8 @@ public:
     std::size_t node_count() const;
 
     /// Replaces the list of prescribed nodes; their state is set at once, and again after every step. Throws
-    /// std::invalid_argument for a node that is not there, axes above 7 and numbers that are not finite.
+    /// std::invalid_argument for a node that is not there, axes above 7, an axis of a node given twice, and numbers
+    /// that are not finite in the body's precision.
     void prescribe(std::span<const PrescribedNode> nodes);
 
     /// Replaces the list of loads; several on one node add up. Throws std::invalid_argument for a node that does not
@@ -111,6 +124,17 @@ public:
     /// may do where the body is stretched: the motion may then grow without bound, in the end to numbers that are not
     /// finite, and the energies with it.
     void step(const StepParameters& parameters, long count = 1);
+    /// The same with what is prescribed on its way: to the bit what single steps with prescribe() and move_obstacles()
+    /// after each do, in less time. What the motion throws, and what those two would, ends the motion and is thrown
+    /// again after the last step: until then everything stays as it was led before.
+    void step(const StepParameters& parameters, long count, const StepMotion& motion);
+
+    /// Whether all displacements and velocities are finite now.
+    bool finite() const;
+    /// 0 while they are; else the number of steps taken since the body was made, when that was first found out: by a
+    /// call of step(), which looks where 64 steps or more have been taken since the last look, or by this and finite(),
+    /// which look at once. To set the state starts anew.
+    long not_finite_at() const;
 
     void get_displacements(VectorField<T> out) const;
     void get_velocities(VectorField<T> out) const;

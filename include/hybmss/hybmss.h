@@ -288,6 +288,10 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_velocities(hybmss_dynamics* dyna
 /* J. Any of the outputs may be null. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_energies(const hybmss_dynamics* dynamics, double* springs, double* volume,
                                                      double* kinetic);
+/* `steps`: 0 while all displacements and velocities are finite; else how many steps the body had taken when that was
+ * first found out: by hybmss_dynamics_step(), which looks where 64 steps or more were taken since the last look, or by
+ * this, which looks at once. To set the state starts anew. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_not_finite_at(const hybmss_dynamics* dynamics, int64_t* steps);
 /* kg, one a node; `count` is that of the values given. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_masses(const hybmss_dynamics* dynamics, double* masses, size_t count);
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_critical_time_step(const hybmss_dynamics* dynamics, double* time_step);

@@ -75,7 +75,7 @@ private:
             }
             if (const auto displacement = supports(i, j, k)) {
                 for (std::size_t c = 0; c < 3; ++c) {
-                    held_.push_back({index, static_cast<int>(c),
+                    held_.push_back({index, static_cast<std::uint32_t>(n), static_cast<std::uint8_t>(c),
                                      static_cast<T>((*displacement)[c] / planned_.body->length_unit()), T(0)});
                 }
             }

@@ -3,10 +3,13 @@
 #include "layouts/interleaved.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 namespace hybmss {
 namespace {
@@ -152,17 +155,21 @@ void Body<T>::move_nodes(std::size_t begin, std::size_t end, const VectorField<O
         if (interleaved) {
             move.interleaved(theirs[0] + 3 * begin, inner[0].first + index, inner[1].first + index,
                              inner[2].first + index, length);
-        } else {
+        } else if (stride == 1 && inner_stride == 1) {
             for (std::size_t c = 0; c < 3; ++c) {
-                Outer* outside = theirs[c] + static_cast<std::ptrdiff_t>(begin) * stride;
-                Inner* inside = inner[c].first + static_cast<std::ptrdiff_t>(index) * inner_stride;
-                if (stride == 1 && inner_stride == 1) {
-                    move.side_by_side(outside, inside, length);
-                } else {
-                    for (std::size_t n = 0; n < length; ++n, outside += stride, inside += inner_stride) {
-                        move(*outside, *inside);
-                    }
-                }
+                move.side_by_side(theirs[c] + begin, inner[c].first + index, length);
+            }
+        } else {
+            // Whole nodes: the caller's components of one may share a cache line.
+            const auto first = static_cast<std::ptrdiff_t>(begin), place = static_cast<std::ptrdiff_t>(index);
+            Outer *const x = theirs[0] + first * stride, *const y = theirs[1] + first * stride,
+                         *const z = theirs[2] + first * stride;
+            Inner *const u = inner[0].first + place * inner_stride, *const v = inner[1].first + place * inner_stride,
+                         *const w = inner[2].first + place * inner_stride;
+            for (std::ptrdiff_t n = 0; n < static_cast<std::ptrdiff_t>(length); ++n) {
+                move(x[n * stride], u[n * inner_stride]);
+                move(y[n * stride], v[n * inner_stride]);
+                move(z[n * stride], w[n * inner_stride]);
             }
         }
         begin += length;
@@ -279,6 +286,25 @@ double Body<T>::kinetic_energy(const State<T>& state) const {
         }
     }
     return 0.5 * sum * length_unit() * length_unit();
+}
+
+template <class T>
+bool Body<T>::finite(const NodeField<T>& field) const {
+    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+    std::atomic<bool> all = true;
+    const Stage stage =
+        stage_over_arrays(array_count(field), field[0].size(), [&](std::size_t a, std::size_t begin, std::size_t end) {
+            const T* const values = field[a].data();
+            Bits bad = 0; // x - x is 0 with no bit set, or NaN: compilers make whole vectors of this
+            for (std::size_t n = begin; n < end; ++n) {
+                bad |= std::bit_cast<Bits>(values[n] - values[n]);
+            }
+            if (bad != 0) {
+                all.store(false, std::memory_order_relaxed);
+            }
+        });
+    workers_->run({&stage, 1}, 1);
+    return all;
 }
 
 template <class T>

@@ -144,6 +144,8 @@ public:
     /// out[6 n + e] = factor * blocks[e] of node n.
     void read_blocks(const AlignedArray<T> (&blocks)[6], double factor, std::span<T> out) const;
     double kinetic_energy(const State<T>& state) const;
+    /// Whether all of a field is, what lies between the nodes too.
+    bool finite(const NodeField<T>& field) const;
     const Workers& workers() const { return *workers_; }
     /// Makes the arrays of `field` as long as those of `like`, and zero, where they are not.
     static void allocate_like(const NodeField<T>& like, NodeField<T>& field);

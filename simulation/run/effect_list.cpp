@@ -163,7 +163,7 @@ constexpr EffectRule kEffects[] = {
          s.fixes.push_back({FaceRegion{1, false}, kAllAxes});
      },
      [](Scene& s) { s.fixes.clear(); }},
-    {"prescribed motion", "`[[move]]`", "likewise; while it moves, steps one by one", "a loop over components",
+    {"prescribed motion", "`[[move]]`", "likewise, and where they go next, once a step", "a loop over components",
      "32 bytes a component (float: 24)", true, [](const Scene& s) { return !s.moves.empty(); }, prescribed_motion,
      [](const Scene&) { return std::string("no [[move]]"); },
      [](Scene& s) {

@@ -188,6 +188,19 @@ void Simulation::Implementation::apply_damping() {
     }
 }
 
+long Simulation::Implementation::last_step_of_motion() const {
+    const double end = end_of_motion();
+    auto last = static_cast<long>(std::min(std::ceil(end / time_step), 1e17));
+    // Up to rounding: the first step that comes to the end by the times that steps have.
+    while (last > 0 && !(time_after(last - 1) < end)) {
+        --last;
+    }
+    while (time_after(last) < end && last < static_cast<long>(1e17)) {
+        ++last;
+    }
+    return last;
+}
+
 std::string Simulation::Implementation::step(long count) {
     if (scene.solver.method == SolverMethod::backward_euler) {
         std::string failure;
@@ -197,26 +210,26 @@ std::string Simulation::Implementation::step(long count) {
         return failure;
     }
     const StepParameters parameters{time_step, scene.gravity.acceleration, scene.damping.mass};
-    const auto advance = [&](long n) {
-        on_explicit([&](auto& d) { d.step(parameters, n); });
+    // Plates are set after each step, so that every force is taken with all nodes at the same time.
+    StepMotion motion;
+    motion.nodes = [this](long step) { return supports.at(time_after(steps + step)); };
+    if (!obstacles.empty()) {
+        motion.obstacles = [this](long step) { return obstacles.at(time_after(steps + step)); };
+    }
+    const auto advance = [&](long n, const StepMotion& led) {
+        on_explicit([&](auto& d) { d.step(parameters, n, led); });
         steps += n;
     };
     cut_now();
     for (long end = steps + count; steps < end; cut_now()) {
         const long next = std::min(end, schedule.next_step());
-        // Plates are set after each step, so that every force is taken with all nodes at the same time.
-        while (steps < next && (moving() || meter)) {
-            const bool was_moving = moving();
-            advance(1);
-            if (was_moving) {
-                prescribe();
-            }
+        while (steps < next) {
+            const bool led = moving();
+            advance(meter ? 1 : (led ? std::min(next, last_step_of_motion()) : next) - steps,
+                    led ? motion : StepMotion{});
             if (meter) {
                 meter->record(metered_state());
             }
-        }
-        if (steps < next) {
-            advance(next - steps);
         }
     }
     return "";

@@ -74,10 +74,12 @@ struct Simulation::Implementation {
     Implementation(Scene given, const SimulationOptions& wanted);
 
     bool is_static() const { return scene.solver.method == SolverMethod::static_equilibrium; }
-    double time() const { return is_static() ? load_fraction : static_cast<double>(steps) * time_step; }
-    bool moving() const {
-        return is_static() ? load_fraction < 1 : time() < std::max(supports.end_of_motion(), obstacles.end_of_motion());
-    }
+    double time_after(long step) const { return static_cast<double>(step) * time_step; }
+    double time() const { return is_static() ? load_fraction : time_after(steps); }
+    double end_of_motion() const { return std::max(supports.end_of_motion(), obstacles.end_of_motion()); }
+    bool moving() const { return is_static() ? load_fraction < 1 : time() < end_of_motion(); }
+    /// The step in time after which nothing is led any more.
+    long last_step_of_motion() const;
     double body_volume() const;
 
     /// action(dynamics) where they are explicit.

@@ -368,6 +368,7 @@ static void motion(void) {
     hybmss_field to_u = hybmss_double_field(u, NODES, 3), to_v = hybmss_double_field(v, NODES, 3);
     hybmss_const_field from_u = hybmss_const_double_field(u, NODES, 3);
     double dt = 0, springs = -1, volume = -1, kinetic = -1, mass = 0, momentum = 0;
+    int64_t steps = -1;
     size_t n;
 
     REFUSED(hybmss_dynamics_create(NULL, HYBMSS_DOUBLE, NULL, &none), "body is null");
@@ -391,6 +392,8 @@ static void motion(void) {
     OK(hybmss_dynamics_energies(dynamics, &springs, &volume, &kinetic));
     EXPECT(kinetic > 0 && springs >= 0 && springs < 1e-20 && volume < 1e-20);
     OK(hybmss_dynamics_energies(dynamics, NULL, NULL, NULL));
+    OK(hybmss_dynamics_not_finite_at(dynamics, &steps));
+    EXPECT(steps == 0);
 
     /* Held and loaded nodes. */
     OK(hybmss_dynamics_prescribe(dynamics, &held, 1));
@@ -443,6 +446,8 @@ static void motion(void) {
     REFUSED(hybmss_dynamics_set_displacements(dynamics, &from_u), "displacement of node 1");
     REFUSED(hybmss_dynamics_set_velocities(dynamics, &from_u), "velocity of node 1");
     REFUSED(hybmss_dynamics_energies(NULL, NULL, NULL, NULL), "dynamics is null");
+    REFUSED(hybmss_dynamics_not_finite_at(NULL, &steps), "dynamics is null");
+    REFUSED(hybmss_dynamics_not_finite_at(dynamics, NULL), "steps is null");
     REFUSED(hybmss_dynamics_masses(NULL, masses, NODES), "dynamics is null");
     REFUSED(hybmss_dynamics_masses(dynamics, NULL, NODES), "masses is null");
     REFUSED(hybmss_dynamics_masses(dynamics, masses, 1), "1 values given, 120 needed");

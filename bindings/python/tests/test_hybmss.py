@@ -148,6 +148,9 @@ def test_motion():
     assert body.energies[0] == 0
     body.damp_springs(0.1)
     assert body.critical_time_step < 2 * dt
+    assert body.finite and body.not_finite_at == 0
+    body.step(1e6 * dt, 1000, acceleration=[0, 0, -10])
+    assert not body.finite and body.not_finite_at == 1011
     masses = body.masses
     del body
     assert masses.sum() > 0  # keeps the body alive

@@ -1,0 +1,347 @@
+// What contact is made of: surface nodes and obstacles, as they are given, moved, cut, and remembered by a checkpoint.
+#include "dynamics/contact/contact.hpp"
+#include "dynamics/explicit_dynamics_implementation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+namespace hybmss {
+
+std::vector<SurfaceNode> surface_nodes(const Lattice& lattice, const std::array<double, 3>& origin) {
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    const auto [nx, ny, nz] = lattice.cells();
+    const auto filled = [&, nx = nx, ny = ny, nz = nz](int i, int j, int k) {
+        return i >= 0 && j >= 0 && k >= 0 && i < nx && j < ny && k < nz && lattice.cell_scale(i, j, k) > 0;
+    };
+    std::vector<SurfaceNode> surface;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const auto row = static_cast<std::size_t>(nx) + 1, layer = row * (static_cast<std::size_t>(ny) + 1);
+        const int i = static_cast<int>(nodes[n] % row), j = static_cast<int>(nodes[n] % layer / row),
+                  k = static_cast<int>(nodes[n] / layer);
+        int around = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            around += filled(i - (corner & 1), j - (corner >> 1 & 1), k - (corner >> 2));
+        }
+        if (around < 8) {
+            std::array<double, 3> position = lattice.rest_position(nodes[n]);
+            for (std::size_t a = 0; a < 3; ++a) {
+                position[a] += origin[a];
+            }
+            surface.push_back({static_cast<std::uint32_t>(n), position});
+        }
+    }
+    return surface;
+}
+
+std::vector<SurfaceNode> surface_nodes(const Network& network) {
+    std::vector<int> cells(network.rest_positions.size(), 0);
+    for (const Network::Cell& cell : network.cells) {
+        for (const auto node : cell.nodes) {
+            ++cells[static_cast<std::size_t>(node)];
+        }
+    }
+    std::vector<SurfaceNode> surface;
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+        if (cells[n] < 8) {
+            surface.push_back({static_cast<std::uint32_t>(n), network.rest_positions[n]});
+        }
+    }
+    return surface;
+}
+
+namespace {
+
+template <std::size_t N>
+bool is_finite(const std::array<double, N>& values) {
+    for (const double v : values) {
+        if (!std::isfinite(v)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+[[noreturn]] void refuse_obstacle(std::size_t obstacle, const std::string& what) {
+    throw std::invalid_argument("obstacle " + std::to_string(obstacle) + ": " + what);
+}
+
+/// A pose must be finite, and its rotation one.
+void require_rigid(const RigidPose& pose, std::size_t obstacle) {
+    if (!is_finite(pose.position) || !is_finite(pose.rotation) || !is_finite(pose.velocity) ||
+        !is_finite(pose.angular_velocity)) {
+        refuse_obstacle(obstacle, "its pose is not finite");
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t b = 0; b < 3; ++b) {
+            double product = a == b ? -1 : 0;
+            for (std::size_t c = 0; c < 3; ++c) {
+                product += pose.rotation[3 * a + c] * pose.rotation[3 * b + c];
+            }
+            if (std::abs(product) > 1e-9) {
+                refuse_obstacle(obstacle, "its rotation must be a matrix of three orthonormal rows");
+            }
+        }
+    }
+}
+
+/// The shape with a normal of unit length.
+ObstacleShape checked(const ObstacleShape& shape, std::size_t obstacle) {
+    if (const auto* plane = std::get_if<PlaneShape>(&shape)) {
+        const Point& n = plane->normal;
+        const double size = std::hypot(n[0], n[1], n[2]);
+        if (!std::isfinite(size) || !(size > 0)) {
+            refuse_obstacle(obstacle, "the normal of its plane must be finite and not zero");
+        }
+        return PlaneShape{{n[0] / size, n[1] / size, n[2] / size}};
+    }
+    if (const auto* sphere = std::get_if<SphereShape>(&shape);
+        sphere && (!std::isfinite(sphere->radius) || !(sphere->radius > 0))) {
+        refuse_obstacle(obstacle,
+                        "radius = " + std::to_string(sphere->radius) + " is not allowed: it must be finite and > 0");
+    }
+    if (const auto* box = std::get_if<BoxShape>(&shape)) {
+        for (const double size : box->size) {
+            if (!std::isfinite(size) || !(size > 0)) {
+                refuse_obstacle(obstacle,
+                                "size = " + std::to_string(size) + " is not allowed: it must be finite and > 0");
+            }
+        }
+    }
+    return shape;
+}
+
+} // namespace
+
+template <class T>
+Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const SurfaceNode> surface,
+                    std::span<const Obstacle> obstacles)
+    : length_unit_(body.length_unit()), wave_speed_(wave_speed), obstacles_(obstacles.begin(), obstacles.end()) {
+    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+        Obstacle& obstacle = obstacles_[o];
+        obstacle.shape = checked(obstacle.shape, o);
+        require_rigid(obstacle.pose, o);
+        if (!std::isfinite(obstacle.friction) || obstacle.friction < 0) {
+            refuse_obstacle(o, "friction = " + std::to_string(obstacle.friction) +
+                                   " is not allowed: it must be finite and at least 0");
+        }
+        if (!std::isfinite(obstacle.stiffness) || obstacle.stiffness < 0) {
+            refuse_obstacle(o, "stiffness = " + std::to_string(obstacle.stiffness) +
+                                   " is not allowed: it must be finite and at least 0");
+        }
+        if (obstacle.stiffness == 0) {
+            const double dt = body.critical_time_step();
+            if (!std::isfinite(dt)) {
+                refuse_obstacle(o, "stiffness = 0 is not allowed: the body has none of its own");
+            }
+            obstacle.stiffness = 1 / (dt * dt);
+        }
+    }
+    if (!surface.empty()) {
+        known_ = surface.front();
+    }
+    // Neighbours together: blocks of space about as large as a block of nodes on a face.
+    Point low, high;
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (std::size_t s = 0; s < surface.size(); ++s) {
+        if (surface[s].node >= body.node_count() || !is_finite(surface[s].rest_position)) {
+            throw std::invalid_argument("surface node " + std::to_string(surface[s].node) +
+                                        ": it must be below the body's " + std::to_string(body.node_count()) +
+                                        " nodes, and its position finite");
+        }
+        for (std::size_t a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], surface[s].rest_position[a]);
+            high[a] = std::max(high[a], surface[s].rest_position[a]);
+        }
+    }
+    std::vector<SurfaceNode> sorted(surface.begin(), surface.end());
+    const double edge =
+        surface.empty() ? 1
+                        : std::max(length(plus(high, -1, low)) *
+                                       std::sqrt(static_cast<double>(kBlock) / 4 / static_cast<double>(surface.size())),
+                                   std::numeric_limits<double>::min());
+    const auto key = [&](const SurfaceNode& node) {
+        const auto at = [&](std::size_t a) { return std::floor((node.rest_position[a] - low[a]) / edge); };
+        return std::tuple(at(2), at(1), at(0), node.node);
+    };
+    std::sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+    for (std::size_t s = 0; s < sorted.size(); ++s) {
+        if (s > 0 && sorted[s].node == sorted[s - 1].node) {
+            throw std::invalid_argument("surface node " + std::to_string(sorted[s].node) +
+                                        " is given twice: each may be given once");
+        }
+        nodes_.push_back({sorted[s].rest_position, body.index_of(sorted[s].node), body.masses()[sorted[s].node]});
+    }
+    grips_.resize(obstacles_.size());
+    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+        grips_[o].resize(has_grips(o) ? nodes_.size() : 0);
+    }
+    watches_.assign(obstacles_.size(), std::vector<Watch>(block_count()));
+    elapsed_.assign(piece_count(), 0.0);
+}
+
+template <class T>
+void Contact<T>::move(std::span<const RigidPose> poses) {
+    if (poses.size() != obstacles_.size()) {
+        throw std::invalid_argument(std::to_string(poses.size()) + " poses given for " +
+                                    std::to_string(obstacles_.size()) + " obstacles: there must be as many");
+    }
+    for (std::size_t o = 0; o < poses.size(); ++o) {
+        require_rigid(poses[o], o);
+    }
+    for (std::size_t o = 0; o < poses.size(); ++o) {
+        const RigidPose before = pose_after(o, elapsed());
+        const bool turns =
+            before.rotation != poses[o].rotation && !std::holds_alternative<SphereShape>(obstacles_[o].shape);
+        const double way =
+            turns ? std::numeric_limits<double>::infinity() : length(plus(poses[o].position, -1, before.position));
+        const double faster = length(poses[o].velocity) - length(before.velocity);
+        for (Watch& watch : watches_[o]) {
+            watch.near -= way;
+            watch.speed += std::max(2 * faster, 0.0);
+        }
+        obstacles_[o].pose = poses[o];
+    }
+    std::fill(elapsed_.begin(), elapsed_.end(), 0.0);
+}
+
+template <class T>
+void Contact<T>::body_was_cut(const Body<T>& body, const Lattice& lattice, const NodeNumbers& numbers,
+                              std::span<const CutNode> nodes) {
+    if (!known_) { // nothing could touch before, and the cut lays nothing bare
+        return;
+    }
+    const Point low = lattice.rest_position(numbers.grid_node(known_->node));
+    for (const CutNode& node : nodes) {
+        Point rest = known_->rest_position;
+        for (std::size_t a = 0; a < 3; ++a) {
+            rest[a] += lattice.cell_size() * static_cast<double>(node.place[a]) - low[a];
+        }
+        node_was_cut(body, node.node, rest);
+    }
+    elapsed_.resize(piece_count(), elapsed());
+}
+
+// New nodes come last, in the order in which the cells around them were removed, those without mass too: a body that is
+// cut again in another number of calls has the same blocks and the same memory.
+template <class T>
+void Contact<T>::node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest) {
+    if (numbers_.empty()) {
+        for (std::size_t n = 0; n < nodes_.size(); ++n) {
+            numbers_[nodes_[n].index] = n;
+        }
+    }
+    const std::size_t index = body.index_of(number);
+    const auto [entry, is_new] = numbers_.try_emplace(index, nodes_.size());
+    if (is_new) {
+        nodes_.push_back({rest, index, 0});
+    }
+    nodes_[entry->second].mass = body.masses()[number];
+    for (std::size_t o = 0; is_new && o < obstacles_.size(); ++o) {
+        grips_[o].resize(has_grips(o) ? nodes_.size() : 0);
+        watches_[o].resize(block_count());
+        watches_[o].back().near = 0;
+    }
+}
+
+// The time since the obstacles were moved; then for every obstacle two numbers a block, and seven a node where there is
+// friction. What blocks wait for is not kept: looking earlier finds nothing.
+template <class T>
+std::size_t Contact<T>::memory_size() const {
+    std::size_t size = 1;
+    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+        size += 2 * watches_[o].size() + 7 * grips_[o].size();
+    }
+    return size;
+}
+
+template <class T>
+std::vector<double> Contact<T>::memory() const {
+    std::vector<double> memory = {elapsed()};
+    memory.reserve(memory_size());
+    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+        for (const Watch& watch : watches_[o]) {
+            memory.push_back(watch.dissipated);
+            memory.push_back(watch.greatest_depth);
+        }
+        for (const Grip& grip : grips_[o]) {
+            memory.insert(memory.end(), grip.place.begin(), grip.place.end());
+            memory.insert(memory.end(), grip.stretch.begin(), grip.stretch.end());
+            memory.push_back(grip.holds ? 2 : grip.known ? 1 : 0);
+        }
+    }
+    return memory;
+}
+
+template <class T>
+void Contact<T>::set_memory(std::span<const double> memory) {
+    const double* next = memory.data();
+    std::fill(elapsed_.begin(), elapsed_.end(), *next++);
+    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+        for (Watch& watch : watches_[o]) {
+            watch.near = 0;
+            watch.dissipated = *next++;
+            watch.greatest_depth = *next++;
+        }
+        for (Grip& grip : grips_[o]) {
+            next = (std::copy_n(next, 3, grip.place.begin()), next + 3);
+            next = (std::copy_n(next, 3, grip.stretch.begin()), next + 3);
+            grip.holds = *next == 2;
+            grip.known = *next++ != 0;
+        }
+    }
+}
+
+// How a moving body comes by obstacles.
+
+template <class T>
+void ExplicitDynamics<T>::set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
+    Implementation& i = *implementation_;
+    i.template replace<Contact<T>>(
+        obstacles.empty() ? nullptr : std::make_unique<Contact<T>>(*i.body, i.wave_speed, surface, obstacles));
+}
+
+template <class T>
+void ExplicitDynamics<T>::move_obstacles(std::span<const RigidPose> poses) {
+    if (auto* const contact = implementation_->template find<Contact<T>>()) {
+        contact->move(poses);
+    } else if (!poses.empty()) {
+        throw std::invalid_argument(std::to_string(poses.size()) + " poses given: the body has no obstacles");
+    }
+}
+
+template <class T>
+std::vector<ObstacleReading> ExplicitDynamics<T>::obstacle_readings() const {
+    const Implementation& i = *implementation_;
+    const auto* const contact = i.template find<Contact<T>>();
+    return contact ? contact->readings(*i.body, i.state) : std::vector<ObstacleReading>();
+}
+
+template Contact<float>::Contact(const Body<float>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);
+template void Contact<float>::node_was_cut(const Body<float>&, std::uint32_t, const Point&);
+template void Contact<float>::move(std::span<const RigidPose>);
+template void Contact<float>::body_was_cut(const Body<float>&, const Lattice&, const NodeNumbers&,
+                                           std::span<const CutNode>);
+template std::size_t Contact<float>::memory_size() const;
+template std::vector<double> Contact<float>::memory() const;
+template void Contact<float>::set_memory(std::span<const double>);
+template void ExplicitDynamics<float>::set_obstacles(std::span<const SurfaceNode>, std::span<const Obstacle>);
+template void ExplicitDynamics<float>::move_obstacles(std::span<const RigidPose>);
+template std::vector<ObstacleReading> ExplicitDynamics<float>::obstacle_readings() const;
+template Contact<double>::Contact(const Body<double>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);
+template void Contact<double>::node_was_cut(const Body<double>&, std::uint32_t, const Point&);
+template void Contact<double>::move(std::span<const RigidPose>);
+template void Contact<double>::body_was_cut(const Body<double>&, const Lattice&, const NodeNumbers&,
+                                            std::span<const CutNode>);
+template std::size_t Contact<double>::memory_size() const;
+template std::vector<double> Contact<double>::memory() const;
+template void Contact<double>::set_memory(std::span<const double>);
+template void ExplicitDynamics<double>::set_obstacles(std::span<const SurfaceNode>, std::span<const Obstacle>);
+template void ExplicitDynamics<double>::move_obstacles(std::span<const RigidPose>);
+template std::vector<ObstacleReading> ExplicitDynamics<double>::obstacle_readings() const;
+
+} // namespace hybmss
