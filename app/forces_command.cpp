@@ -2,11 +2,11 @@
 #include "app/commands.hpp"
 #include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
+#include "layouts/read_file.hpp"
 #include "reference/body.hpp"
 #include "reference/forces.hpp"
-#include "simulation/geometry/read_file.hpp"
 #include "simulation/run/memory.hpp"
-#include "simulation/scene/scene_lattice.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -68,11 +68,12 @@ std::vector<std::string_view> fields(std::string_view line) {
 /// One 3-vector a row, x,y,z. Reads exactly `rows` rows of three finite numbers; a first line without numbers is a
 /// header, and empty lines are passed over. Throws std::invalid_argument "FILE:LINE: what is wrong".
 std::vector<Vector3> read_vector_csv(const std::string& path, std::size_t rows) {
+    constexpr std::size_t kRowBytes = 400; // three numbers with all their digits are far shorter
     std::istringstream file;
     try {
-        file.str(read_regular_file(path));
-    } catch (const std::runtime_error& error) {
-        throw std::invalid_argument(path + ": cannot be read: " + error.what());
+        file.str(read_file(path, Readable::file_or_pipe, kRowBytes * (rows + 10)));
+    } catch (const ReadError& error) {
+        throw std::invalid_argument(path + ": cannot be read: " + error.reason);
     }
     std::vector<Vector3> values;
     std::string line;

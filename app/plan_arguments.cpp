@@ -1,7 +1,6 @@
 #include "app/plan_arguments.hpp"
 
 #include "app/command_line.hpp"
-#include "simulation/geometry/read_file.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -63,11 +62,6 @@ void PlanArguments::read_wisdom(Effort wanted) const {
         return;
     }
     try {
-        try {
-            require_regular_file(file);
-        } catch (const std::runtime_error& error) {
-            throw WisdomError(file.string() + ": cannot be read: " + error.what());
-        }
         wisdom->import_file(file);
     } catch (const WisdomError& error) {
         if (wanted == Effort::stored) {

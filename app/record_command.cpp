@@ -9,7 +9,6 @@
 #include "hybmss/simulation/simulation.hpp"
 #include "reference/body.hpp"
 #include "reference/forces.hpp"
-#include "simulation/geometry/read_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -125,11 +124,9 @@ void replay(const ReplayArguments& arguments) {
     const SimulationOptions options = arguments.plan.options();
     std::unique_ptr<Record> record;
     try {
-        record = std::make_unique<Record>(parse_record(read_regular_file(arguments.record), arguments.record));
+        record = std::make_unique<Record>(load_record(arguments.record));
     } catch (const RecordError& error) {
         throw std::invalid_argument(error.what()); // bad input
-    } catch (const std::runtime_error& error) {
-        throw std::invalid_argument(arguments.record + ": cannot be read: " + error.what());
     }
     fmt::print("{:>5}  {:>10}  {:6}  {:>10}  {:>10}  {:>10}\n", "state", "time, s", "type", "forces", "energy",
                "tolerance");

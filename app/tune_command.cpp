@@ -5,7 +5,7 @@
 #include "app/tune_rows.hpp"
 #include "plan/tuning/candidates.hpp"
 #include "simulation/run/memory.hpp"
-#include "simulation/scene/scene_lattice.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -16,6 +16,7 @@
 #include "hybmss/record.hpp"
 
 #include "hybmss/version.hpp"
+#include "layouts/read_file.hpp"
 #include "plan/tuning/digest.hpp"
 
 #include <algorithm>
@@ -23,9 +24,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
-#include <sstream>
 
 namespace hybmss {
 namespace {
@@ -310,12 +309,14 @@ Record parse_record(std::string_view text, const std::string& name) {
 }
 
 Record load_record(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    if (!file || !(text << file.rdbuf())) {
-        throw RecordError(path.string() + ": cannot be read");
+    constexpr std::uintmax_t kMostBytes = 2'000'000'000; // some 1e7 nodes
+    std::string text;
+    try {
+        text = read_file(path, Readable::file_or_pipe, kMostBytes);
+    } catch (const ReadError& error) {
+        throw RecordError(path.string() + ": cannot be read: " + error.reason);
     }
-    return parse_record(text.str(), path.string());
+    return parse_record(text, path.string());
 }
 
 } // namespace hybmss

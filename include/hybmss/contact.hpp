@@ -31,13 +31,16 @@ HYBMSS_EXPORT std::vector<SurfaceNode> surface_nodes(const Network& network);
 /// The half-space behind a plane through the obstacle's position.
 struct PlaneShape {
     std::array<double, 3> normal = {0, 1, 0}; ///< points to where the body is; of any length above 0
+    bool operator==(const PlaneShape&) const = default;
 };
 struct SphereShape {
     double radius = 1; ///< m, > 0
+    bool operator==(const SphereShape&) const = default;
 };
 /// A cuboid about the obstacle's position, its edges along the axes where it is not turned.
 struct BoxShape {
     std::array<double, 3> size = {1, 1, 1}; ///< edge lengths, m, > 0
+    bool operator==(const BoxShape&) const = default;
 };
 using ObstacleShape = std::variant<PlaneShape, SphereShape, BoxShape>;
 

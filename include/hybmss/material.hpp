@@ -26,6 +26,7 @@ enum class VolumeEnergy {
 struct SpringStiffening {
     double quadratic = 0, cubic = 0;
     bool any() const { return quadratic != 0 || cubic != 0; }
+    bool operator==(const SpringStiffening&) const = default;
 };
 
 /// What `quadratic` may be beside a `cubic` >= 0.
@@ -49,6 +50,7 @@ struct Material {
     double face_diagonal_ratio = 1.0; ///< A = k_f / k_c >= 0, <= 1e6; 0 leaves the face diagonals out (HybMSS-FD)
     VolumeEnergy volume_energy = VolumeEnergy::automatic;
     SpringStiffening stiffening = {}; ///< of all springs
+    bool operator==(const Material&) const = default;
 };
 
 /// The stiffness of each kind of spring in the inside of a lattice, N/m. Golec et al. (5.12).

@@ -1,6 +1,7 @@
 #include "hybmss/wisdom.hpp"
 
 #include "layouts/lattice/lattice_arrays.hpp"
+#include "layouts/read_file.hpp"
 #include "plan/bodies/plan_description.hpp"
 #include "plan/threads/workers.hpp"
 #include "plan/tuning/tuner_subject.hpp"
@@ -14,7 +15,6 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
-#include <sstream>
 #include <system_error>
 
 namespace hybmss {
@@ -92,20 +92,14 @@ void Wisdom::import_text(std::string_view text, const std::string& name) {
 }
 
 void Wisdom::import_file(const std::filesystem::path& path) {
-    if (std::error_code ignored; std::filesystem::is_directory(path, ignored)) {
-        throw WisdomError(path.string() + ": cannot be read: it is a directory");
+    constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 26; // some 1e5 bodies
+    std::string text;
+    try {
+        text = read_file(path, Readable::regular_file, kMostBytes);
+    } catch (const ReadError& error) {
+        throw WisdomError(path.string() + ": cannot be read: " + error.reason);
     }
-    errno = 0;
-    std::ifstream file(path, std::ios::binary);
-    if (!file) {
-        throw WisdomError(path.string() + ": cannot be read: " + cause(errno));
-    }
-    std::ostringstream text;
-    text << file.rdbuf();
-    if (file.bad()) {
-        throw WisdomError(path.string() + ": cannot be read: " + cause(errno));
-    }
-    import_text(text.str(), path.string());
+    import_text(text, path.string());
 }
 
 std::string Wisdom::export_text() const {

@@ -1,6 +1,5 @@
+#include "layouts/read_file.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
-#include "simulation/geometry/voxel_samples.hpp"
-#include "simulation/scene/one_line.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -1,5 +1,5 @@
+#include "layouts/read_file.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
-#include "simulation/scene/one_line.hpp"
 
 #include <assimp/Importer.hpp>
 #include <assimp/mesh.h>

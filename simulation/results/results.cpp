@@ -2,7 +2,7 @@
 
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/results/vtu_file.hpp"
-#include "simulation/scene/region.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>

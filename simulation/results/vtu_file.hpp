@@ -3,8 +3,7 @@
 /// \file
 /// VTK's XML format for unstructured grids: hexahedra with nodal vectors and one value a cell.
 
-#include "simulation/run/motion.hpp"
-
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -13,6 +12,8 @@
 #include <vector>
 
 namespace hybmss {
+
+using Vector3 = std::array<double, 3>;
 
 /// A rigid obstacle: what it is, how large, and where.
 struct VtuObstacle {

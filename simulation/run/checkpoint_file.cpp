@@ -1,7 +1,7 @@
 #include "simulation/run/checkpoint_file.hpp"
 
+#include "layouts/read_file.hpp"
 #include "plan/tuning/digest.hpp"
-#include "simulation/geometry/read_file.hpp"
 #include "simulation/results/atomic_file.hpp"
 
 #include <ostream>
@@ -76,7 +76,8 @@ void write_checkpoint_file(const std::filesystem::path& path, const CheckpointSe
 }
 
 CheckpointSections read_checkpoint_file(const std::filesystem::path& path) {
-    const std::string content = read_regular_file(path);
+    constexpr std::uintmax_t kMostBytes = 200'000'000'000; // 1e9 nodes take less
+    const std::string content = read_file(path, Readable::regular_file, kMostBytes);
     if (!content.starts_with(kMagic.substr(0, content.size()))) {
         throw std::runtime_error("it is no checkpoint of hybmss, or one of another format");
     }

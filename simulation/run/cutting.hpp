@@ -5,7 +5,7 @@
 
 #include "hybmss/material.hpp"
 #include "hybmss/simulation/scene.hpp"
-#include "simulation/scene/region.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <array>
 #include <cstddef>

@@ -1,14 +1,12 @@
 #include "simulation/run/memory.hpp"
 
 #include "plan/bodies/layout_table.hpp"
-#include "simulation/scene/scene_lattice.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 namespace hybmss {
@@ -84,19 +82,6 @@ double estimated_bytes(const SceneBody& body, const SimulationOptions& options) 
     // While a result is written: positions, displacements, velocities, corners, and the file's text.
     bytes += extent.nodes * (8 * (3 + 1 + 6 + 9) + 40 + 300);
     return bytes + plan_bytes(options.plan.layout, extent, options.precision);
-}
-
-double available_bytes() {
-    std::ifstream meminfo("/proc/meminfo");
-    std::string key;
-    double kilobytes = 0;
-    while (meminfo >> key) {
-        if (key == "MemAvailable:" && meminfo >> kilobytes) {
-            return 1024 * kilobytes;
-        }
-    }
-    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-    return pages > 0 && page > 0 ? static_cast<double>(pages) * static_cast<double>(page) : HUGE_VAL;
 }
 
 void check_size(const Scene& scene, const SimulationOptions& options, double available) {

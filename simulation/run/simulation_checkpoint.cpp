@@ -1,8 +1,8 @@
 #include "hybmss/version.hpp"
+#include "layouts/read_file.hpp"
 #include "plan/tuning/digest.hpp"
 #include "simulation/run/checkpoint_file.hpp"
 #include "simulation/run/simulation_implementation.hpp"
-#include "simulation/scene/one_line.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -3,8 +3,7 @@
 #include "plan/bodies/layout_table.hpp"
 #include "simulation/run/loads.hpp"
 #include "simulation/run/memory.hpp"
-#include "simulation/scene/scene_lattice.hpp"
-#include "simulation/scene/scene_ranges.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <algorithm>
 #include <cmath>

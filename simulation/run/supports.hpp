@@ -6,7 +6,7 @@
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/simulation/scene.hpp"
 #include "simulation/run/motion.hpp"
-#include "simulation/scene/region.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <cstdint>
 #include <limits>

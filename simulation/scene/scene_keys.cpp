@@ -1,76 +1,500 @@
-#include "simulation/scene/scene_keys.hpp"
+// The one table of scene keys. A new key is a row here, and its use.
 
-#include <vector>
+#include "simulation/scene/scene_shapes.hpp"
+
+#include <cmath>
+#include <sstream>
 
 namespace hybmss {
+namespace scene_format {
+namespace {
 
-const KeyRule* find_key_rule(std::string_view table, std::string_view name) {
-    for (const KeyRule& rule : key_rules()) {
-        if (rule.key.table == table && rule.key.name == name) {
-            return &rule;
-        }
+constexpr Range kMethod = words("\"symplectic-euler\", \"backward-euler\" or \"static\"");
+
+// -- [body]
+
+/// The cells of a full box; those of other bodies follow from the size or the file.
+struct BoxCells : Member<&SceneBody::cells> {
+    static std::optional<Stored> get(const SceneBody& body) {
+        const bool told = body.voxels.empty() && body.surface.empty() && body.size == Vector3{};
+        return told ? std::optional(body.cells) : std::nullopt;
     }
-    return nullptr;
+};
+
+constexpr Key<SceneBody> kBodyKeys[] = {
+    {"cells", "", from(1, kNoBound, "three integers, each at least 1"), "none",
+     "a full box of so many cells along x, y and z; its low corner is the origin",
+     field<VectorFormat<std::int64_t>, BoxCells>},
+    {"size", "m", above(0, 1e9, "three numbers, each above 0 and at most 1e9"), "none",
+     "a full box with these edges, a whole number of cells; without `cell_size` its mesh is chosen by "
+     "`solver.accuracy`",
+     field<VectorFormat<double>, Unless0<&SceneBody::size>>},
+    {"voxels", "", words("the path of a NumPy (.npy) or NRRD file, from the scene's folder on"), "none",
+     "cells with a label above 0; the grid's low corner is the origin", field<TextFormat, Unless0<&SceneBody::voxels>>},
+    {"surface", "", words("the path of an STL or OBJ file, from the scene's folder on"), "none",
+     "cells whose centre lies inside the surface, in its own coordinates (m)",
+     field<TextFormat, Unless0<&SceneBody::surface>>},
+    {"cell_size", "m", from(1e-6, 1e6, "at least 1e-6 and at most 1e6"),
+     "that of an NRRD file with spacings; free for a `size` with `solver.accuracy`; else required", "edge of a cell",
+     field<NumberFormat, Unless0<&SceneBody::cell_size>>},
+};
+
+void complete_body(const GivenTable& given, SceneBody& body) {
+    const int ways = given.count("cells", "size", "voxels", "surface");
+    if (ways == 0) {
+        given.missing("cells", "or size, voxels or surface must be given");
+    }
+    if (ways > 1) {
+        given.refuse(given.has("surface")  ? "surface"
+                     : given.has("voxels") ? "voxels"
+                                           : "size",
+                     "only one of cells, size, voxels and surface may be given");
+    }
+    if (!given.has("cell_size")) {
+        if (given.has("cells") || given.has("surface")) {
+            given.missing("cell_size");
+        }
+        body.cell_size = 0; // the file, or the accuracy, must tell
+    }
+    for (std::size_t a = 0; a < 3 && given.count("size", "cell_size") == 2; ++a) {
+        const double cells = body.size[a] / body.cell_size;
+        if (!(cells >= 0.5 && cells < 1e9 && std::abs(cells - std::round(cells)) <= 1e-9 * cells)) {
+            given.refuse("size", "each edge must be a whole number of cells of cell_size");
+        }
+        body.cells[a] = std::llround(cells);
+    }
 }
 
-const TableRule* find_table_rule(std::string_view name) {
-    for (const TableRule& rule : table_rules()) {
-        if (rule.name == name) {
-            return &rule;
-        }
+void relate_body(const TableCheck& table, const SceneBody& body) {
+    for (const double x : body.origin) { // which no key tells
+        table.at("origin", from(-1e9, 1e9, "at most 1e9 in size")).number(x);
     }
-    return nullptr;
 }
 
-std::string key_list(std::string_view table) {
-    std::string list;
-    const auto add = [&](std::string_view name) { list.append(list.empty() ? "" : ", ").append(name); };
-    for (const TableRule& rule : table_rules()) {
-        if (table.empty() && !rule.inner) {
-            add(rule.name);
+constexpr KeyTable<SceneBody> kBody = {
+    "body",
+    "The body, made of cubic cells: a box (`cells` or `size`), the labelled cells of a voxel file (`voxels`), or the "
+    "inside of a closed surface (`surface`); one of the four.",
+    kBodyKeys, complete_body, relate_body};
+
+// -- [material] and [[label]]
+
+constexpr Key<Material> kMaterialKeys[] = {
+    {"young_modulus", "Pa", above(0, 1e18, "above 0 and at most 1e18"), "required", "Young's modulus E",
+     member<&Material::young_modulus>},
+    {"poisson_ratio", "", inside(-1, 0.5, "inside (-1, 0.5), both ends excluded"), "required", "Poisson's ratio nu",
+     member<&Material::poisson_ratio>},
+    {"density", "kg/m^3", above(0, 1e12, "above 0 and at most 1e12"), "required", "mass per volume at rest",
+     member<&Material::density>},
+    {"face_diagonal_ratio", "", kFrom0To1e6, "1", "A = k_f / k_c; 0 leaves the face diagonals out (HybMSS-FD)",
+     member<&Material::face_diagonal_ratio>},
+    {"volume_energy", "", words("\"automatic\", \"quadratic\", \"mean_stretch\" or \"none\""), "\"automatic\"",
+     "energy of the volume ratio J; `automatic`: quadratic at nu >= 1/4, mean stretch below; `none`: springs only "
+     "(HybMSS-CF)",
+     member_as<ChoiceFormat, &Material::volume_energy>},
+    {"stiffening_quadratic", "",
+     words(
+         "from -r to r, r = sqrt(3 stiffening_cubic), or to (1 + 3 stiffening_cubic)/2 where stiffening_cubic <= 1/3"),
+     "0",
+     "a: springs stiffen (or soften) with their strain e, force k l (e + a e^2 + b e^3); see \"Stiffening springs\"",
+     member<&Material::stiffening, &SpringStiffening::quadratic>},
+    {"stiffening_cubic", "", kFrom0To1e6, "0", "b: likewise; stretched and pressed alike",
+     member<&Material::stiffening, &SpringStiffening::cubic>},
+};
+
+void relate_material(const TableCheck& table, const Material& material) {
+    const SpringStiffening& given = material.stiffening;
+    const StiffeningRange range = quadratic_stiffening(given.cubic);
+    if (given.quadratic < range.least || given.quadratic > range.most) {
+        std::ostringstream reason;
+        reason << "with stiffening_cubic = " << given.cubic << " it must be in [" << range.least << ", " << range.most
+               << "], so that no spring gives way as it is pulled";
+        table.refuse("stiffening_quadratic", reason.str());
+    }
+}
+
+constexpr KeyTable<Material> kMaterial = {"material", "One isotropic elastic material.", kMaterialKeys, nullptr,
+                                          relate_material};
+
+constexpr Key<Label> kLabelKeys[] = {
+    {"value", "", from(1, 255, "an integer from 1 to 255, different for each label"), "required",
+     "the label in the voxel file", member<&Label::value>},
+    {"young_modulus", "Pa", from(0, kNoBound, "0, or from 1e-6 to 1e6 times that of [material]"), "required",
+     "Young's modulus of its cells; 0 leaves them out", member<&Label::young_modulus>},
+};
+
+void complete_label(const GivenTable& given, Label& label) {
+    for (const Label& other : given.scene.labels) {
+        if (other.value == label.value) {
+            given.not_allowed("value");
         }
     }
-    for (const KeyRule& rule : key_rules()) {
-        if (rule.key.table == table) {
-            add(rule.key.name);
+}
+
+constexpr KeyTable<Label> kLabel = {"label",
+                                    "The stiffness of the cells with one label. Poisson's ratio, density, "
+                                    "`face_diagonal_ratio` and `volume_energy` are "
+                                    "those of `[material]` everywhere.",
+                                    kLabelKeys, complete_label};
+
+// -- [[fix]], [[move]] and what loads the body
+
+constexpr Key<Fix> kFixKeys[] = {
+    {"where", "", kRegion, "required", "the nodes held", member<&Fix::where>},
+    {"axes", "", kAxes, "\"xyz\"", "axes along which they are held; the others stay free",
+     member_as<AxesFormat, &Fix::axes>},
+};
+constexpr KeyTable<Fix> kFix = {"fix", "Nodes that stay where they are.", kFixKeys};
+
+constexpr Key<Move> kMoveKeys[] = {
+    {"where", "", kRegion, "required", "the nodes moved", member<&Move::where>},
+    {"axes", "", kAxes, "\"xyz\"", "axes along which they are led; the others stay free",
+     member_as<AxesFormat, &Move::axes>},
+    {"translate", "m", kBounded, "none", "final displacement",
+     field<VectorFormat<double>, Alternative<Vector3, &Move::motion>>},
+    {"rotate", "", kRotationTable, "none", "final turn about the axis through the region's rest centroid",
+     field<TableFormat<kRotation>, Alternative<Rotation, &Move::motion>>},
+    {"over", "s", kFrom0, "1", "time from rest to the final position; 0: at once", member<&Move::over>},
+};
+
+void complete_move(const GivenTable& given, Move&) {
+    if (given.count("translate", "rotate") != 1) {
+        given.refuse("where", "its [[move]] must have either translate or rotate");
+    }
+}
+
+constexpr KeyTable<Move> kMove = {
+    "move",
+    "Nodes that are led to a final position, smoothly (no jump in velocity or acceleration), and held there. Each has "
+    "either `translate` or `rotate`, not both.",
+    kMoveKeys, complete_move};
+
+constexpr Key<Gravity> kGravityKeys[] = {
+    {"acceleration", "m/s^2", kBounded, "required", "acts on every node", member<&Gravity::acceleration>},
+};
+constexpr KeyTable<Gravity> kGravity = {"gravity", "A uniform acceleration.", kGravityKeys};
+
+constexpr Key<Damping> kDampingKeys[] = {
+    {"mass", "1/s", kFrom0, "0", "c: the force -c m v on every node", member<&Damping::mass>},
+    {"stiffness", "s", kFrom0To1e9, "0",
+     "beta: a dashpot beta k along every spring of stiffness k (Kelvin-Voigt); makes the stable time step smaller",
+     member<&Damping::stiffness>},
+};
+constexpr KeyTable<Damping> kDamping = {"damping", "What takes energy out.", kDampingKeys};
+
+constexpr Key<Load> kLoadKeys[] = {
+    {"where", "", kRegion, "required", "the nodes loaded", member<&Load::where>},
+    {"force", "N", from(-1e18, 1e18, "three numbers, each at most 1e18 in size"), "required",
+     "the force in all; it does not turn with the body", member<&Load::force>},
+};
+constexpr KeyTable<Load> kLoad = {
+    "load", "A dead force on a region's nodes, in proportion to the cells that they touch.", kLoadKeys};
+
+// -- [[cut]]
+
+struct CutUntil : Member<&Cut::until> {
+    static std::optional<double> get(const Cut& cut) {
+        return cut.every != 0 ? std::optional(cut.until) : std::nullopt;
+    }
+};
+
+constexpr Key<Cut> kCutKeys[] = {
+    {"box", "m", kBox, "none", "cells whose centre is inside it or on its surface",
+     field<BoxFormat, Alternative<BoxRegion, &Cut::tool>>},
+    {"sphere", "", kSphereTable, "none", "cells whose centre is inside it or on its surface",
+     field<TableFormat<kSphere>, Alternative<SphereRegion, &Cut::tool>>},
+    {"behind", "", kPlaneTable, "none",
+     "cells whose centre is on the plane or on the side that the normal points away from",
+     field<TableFormat<kBehind>, Alternative<HalfSpace, &Cut::tool>>},
+    {"at", "s", kFrom0, "required", "when: at the first step from then on", member<&Cut::at>},
+    {"until", "s", from(0, kNoBound, "at least `at`"), "none", "with `every`: the last time",
+     field<NumberFormat, CutUntil>},
+    {"every", "s", above(0, kNoBound, "above 0, for at most 1e9 times"), "none",
+     "with `until`: it cuts again, and again, after so long", field<NumberFormat, Unless0<&Cut::every>>},
+    {"velocity", "m/s", kBounded, "[0, 0, 0]",
+     "of the box, the sphere or the plane, which is as given at the time `at`", member<&Cut::velocity>},
+    {"frame", "", words("\"present\" or \"rest\""), "\"present\"",
+     "where a cell's centre is taken: where it is then, or where it was at rest",
+     member_as<ChoiceFormat, &Cut::at_rest>},
+};
+
+void complete_cut(const GivenTable& given, Cut& cut) {
+    if (given.count("box", "sphere", "behind") != 1) {
+        given.refuse("at", "its [[cut]] must have one of box, sphere and behind");
+    }
+    if (given.count("until", "every") == 1) {
+        given.refuse(given.has("until") ? "until" : "every", "until and every must be given together, or neither");
+    }
+    if (!given.has("until")) {
+        cut.until = cut.at;
+    }
+}
+
+void relate_cut(const TableCheck& table, const Cut& cut) {
+    if (cut.every == 0) {
+        return;
+    }
+    if (!(cut.until >= cut.at)) {
+        table.not_allowed("until", cut.until);
+    }
+    if ((cut.until - cut.at) / cut.every > 1e9) {
+        table.not_allowed("every", cut.every);
+    }
+}
+
+constexpr KeyTable<Cut> kCut = {
+    "cut",
+    "Cells that are removed while the body moves, with `symplectic-euler`: those inside a box or a sphere, or behind a "
+    "plane; one of the three. Nodes keep their numbers, see \"Cuts\".",
+    kCutKeys, complete_cut, relate_cut};
+
+constexpr Key<SceneObstacle> kObstacleKeys[] = {
+    {"name", "", words("letters, digits, _ and -; different for each obstacle"), "\"obstacle_0\" and so on",
+     "its name in the results", member_as<NameFormat, &SceneObstacle::name>},
+    {"plane", "", kPlaneTable, "none", "the half-space behind a plane", field<TableFormat<kPlane>, Plane>},
+    {"sphere", "", words("{center = [x, y, z], radius = r}, r at least the cell size"), "none", "a ball",
+     field<TableFormat<kBall>, Ball>},
+    {"box", "m",
+     from(
+         -1e9, 1e9,
+         "[[x, y, z], [x, y, z]], low corner first, each number at most 1e9 in size, each edge at least the cell size"),
+     "none", "a cuboid", field<BoxFormat, Cuboid>},
+    {"friction", "", kFrom0To1e9, "0", "Coulomb's coefficient, sticking and sliding", member<&SceneObstacle::friction>},
+    {"stiffness", "Pa/m", above(0, 1e30, "above 0 and at most 1e30"),
+     "density cell_size / (2 dt^2), dt the body's own stable step",
+     "pressure by depth on a flat surface; a stiffer one makes the stable time step shorter",
+     member<&SceneObstacle::stiffness>},
+    {"translate", "m", kBounded, "none", "how far it is led, as in [[move]]", member<&SceneObstacle::translate>},
+    {"rotate", "", kRotationTable, "none", "how far it is turned about its point or middle, as in [[move]]",
+     member_as<TableFormat<kRotation>, &SceneObstacle::rotate>},
+    {"over", "s", kFrom0, "1", "time of translate and rotate; 0: at once", member<&SceneObstacle::over>},
+    {"velocity", "m/s", kBounded, "[0, 0, 0]", "a constant velocity, besides", member<&SceneObstacle::velocity>},
+};
+
+void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
+    const int shapes = given.count("plane", "sphere", "box");
+    if (shapes == 0) {
+        given.missing("plane", "or sphere or box must be given");
+    }
+    if (shapes > 1) {
+        given.refuse(given.has("box") ? "box" : "sphere", "only one of plane, sphere and box may be given");
+    }
+    if (!given.has("name")) {
+        obstacle.name = "obstacle_" + std::to_string(given.scene.obstacles.size());
+    }
+    for (const SceneObstacle& other : given.scene.obstacles) {
+        if (other.name == obstacle.name) {
+            if (given.has("name")) {
+                given.not_allowed("name");
+            }
+            given.refuse("name", "missing; another [[obstacle]] is named " + obstacle.name);
         }
     }
+}
+
+constexpr KeyTable<SceneObstacle> kObstacle = {
+    "obstacle",
+    "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere` "
+    "and `box`. Solved by symplectic-euler only.",
+    kObstacleKeys, complete_obstacle};
+
+// -- [solver], [output] and [[probe]]
+
+/// A static solve takes no time.
+struct Duration : Member<&Solver::duration> {
+    static std::optional<double> get(const Solver& solver) {
+        const bool none = solver.method == SolverMethod::static_equilibrium && solver.duration == 0;
+        return none ? std::nullopt : std::optional(solver.duration);
+    }
+};
+
+constexpr Key<Solver> kSolverKeys[] = {
+    {"method", "", kMethod, "\"symplectic-euler\"",
+     "semi-implicit Euler, explicit in time; backward Euler, stable at any step; or the equilibrium alone",
+     member_as<ChoiceFormat, &Solver::method>},
+    {"time_step", "s",
+     above(0, kNoBound, "above 0; for symplectic-euler at most the stable time step, which `hybmss explain` prints"),
+     "0.7 of the stable one; 20 times that for backward-euler", "length of a step; not used by static",
+     member<&Solver::time_step>},
+    {"duration", "s", kAbove0, "none", "simulated time, at most; required unless static",
+     field<NumberFormat, Duration>},
+    {"tolerance", "", above(0, 0.1, "above 0 and at most 0.1"), "none; static: 1e-8, float 1e-4",
+     "in time: given, the run ends as soon as the body has settled; see \"Settled\". Static: bound of the residual",
+     member<&Solver::tolerance>},
+    {"accuracy", "", from(1e-9, 0.1, "at least 1e-9 and at most 0.1"), "none",
+     "static: the relative error wanted of the results; chooses float or double, the tolerance and, where the body "
+     "leaves it free, the mesh, see \"Accuracy\"",
+     member<&Solver::accuracy>},
+    {"load_steps", "", from(1, 1e6, "an integer, at least 1 and at most 1e6"), "1",
+     "static: the first load step is one part in so many of the loading; those after it grow while they find "
+     "equilibria",
+     member<&Solver::load_steps>},
+    {"preconditioner", "", words("\"automatic\", \"block-jacobi\" or \"multigrid\""), "\"automatic\"",
+     "of the linear solves in static and backward-euler", member_as<ChoiceFormat, &Solver::preconditioner>},
+};
+
+void complete_solver(const GivenTable& given, Solver& solver) {
+    const bool timeless = solver.method == SolverMethod::static_equilibrium;
+    if (!timeless && !given.has("duration")) {
+        given.missing("duration");
+    }
+    if (!timeless && given.has("accuracy")) {
+        given.refuse("accuracy", "only a static solve tells its error: method must be \"static\"");
+    }
+}
+
+constexpr KeyTable<Solver> kSolver = {"solver", "How the motion or the equilibrium is computed, and when it ends.",
+                                      kSolverKeys, complete_solver};
+
+constexpr Key<Output> kOutputKeys[] = {
+    {"every", "s", kAbove0, "first and last state only", "time between results", member<&Output::every>},
+    {"energy_balance", "", words("true or false"), "false",
+     "meter works and losses in every step, which makes it several times slower; symplectic-euler only",
+     member<&Output::energy_balance>},
+};
+constexpr KeyTable<Output> kOutput = {"output", "What `--out` holds, besides the summary and the last state.",
+                                      kOutputKeys};
+
+constexpr Key<Probe> kProbeKeys[] = {
+    {"name", "", words("letters, digits, _ and -; different for each probe"), "required", "its name in the results",
+     member_as<NameFormat, &Probe::name>},
+    {"where", "", kRegion, "required", "the nodes read", member<&Probe::where>},
+};
+
+void complete_probe(const GivenTable& given, Probe& probe) {
+    for (const Probe& other : given.scene.probes) {
+        if (other.name == probe.name) {
+            given.refuse("name", "another [[probe]] has this name; each must have its own");
+        }
+    }
+}
+
+constexpr KeyTable<Probe> kProbe = {"probe", "A region whose support force, torque and displacement are reported.",
+                                    kProbeKeys, complete_probe};
+
+// -- Tables of a scene
+
+// [name] is one part of the scene, [[name]] as many as a list of it holds.
+template <class T>
+std::span<const T> all_of(const std::vector<T>& list) {
     return list;
 }
-
-std::span<const SceneKey> scene_keys() {
-    static const std::vector<SceneKey> keys = [] {
-        std::vector<SceneKey> all;
-        for (const KeyRule& rule : key_rules()) {
-            all.push_back(rule.key);
-        }
-        return all;
-    }();
-    return keys;
+template <class T>
+std::span<const T> all_of(const T& part) {
+    return {&part, 1};
+}
+template <const auto& table, auto part>
+constexpr SceneTable of_scene(bool required = false) {
+    constexpr bool kRepeated = requires(Scene & scene) {
+        (scene.*part).push_back({});
+    };
+    return {table.name,
+            table.meaning,
+            required,
+            kRepeated,
+            [] { return table.described(); },
+            [](Scene& scene, const SceneValue& value, const std::string& path) {
+                if constexpr (kRepeated) {
+                    (scene.*part).push_back(table.read(scene, value, path));
+                } else {
+                    scene.*part = table.read(scene, value, path);
+                }
+            },
+            [](const Scene& scene) {
+                std::size_t number = 0;
+                for (const auto& item : all_of(scene.*part)) {
+                    std::string path(table.name);
+                    if (kRepeated) {
+                        path.append("[").append(std::to_string(number++)).append("]");
+                    }
+                    table.check({scene, path, table.described(), false}, item);
+                }
+            },
+            [](const Scene& scene) {
+                SceneValue::Array written;
+                for (const auto& item : all_of(scene.*part)) {
+                    written.push_back(table.write(item));
+                }
+                return written;
+            }};
 }
 
-std::string scene_keys_markdown() {
-    std::string text;
-    const auto append = [&](auto... parts) { (text.append(parts), ...); };
-    for (const TableRule& table : table_rules()) {
-        if (table.inner) {
-            append("### `", table.name, "`\n\n");
-        } else {
-            append("### `", table.repeated ? "[[" : "[", table.name, table.repeated ? "]]" : "]", "`\n\n");
+/// The value of a key.
+template <const auto& table>
+constexpr SceneTable inner() {
+    return {table.name, table.meaning, false, false, [] { return table.described(); }};
+}
+
+constexpr SceneTable kTables[] = {
+    of_scene<kBody, &Scene::body>(true),
+    of_scene<kMaterial, &Scene::material>(true),
+    of_scene<kLabel, &Scene::labels>(),
+    of_scene<kFix, &Scene::fixes>(),
+    of_scene<kMove, &Scene::moves>(),
+    of_scene<kGravity, &Scene::gravity>(),
+    of_scene<kDamping, &Scene::damping>(),
+    of_scene<kLoad, &Scene::loads>(),
+    of_scene<kCut, &Scene::cuts>(),
+    of_scene<kObstacle, &Scene::obstacles>(),
+    of_scene<kSolver, &Scene::solver>(true),
+    of_scene<kOutput, &Scene::output>(),
+    of_scene<kProbe, &Scene::probes>(),
+    inner<kBehind>(),
+    inner<kRotation>(),
+    inner<kWhere>(),
+    inner<kSphere>(),
+    inner<kPlane>(),
+    inner<kBall>(),
+};
+
+} // namespace
+
+std::span<const SceneTable> scene_tables() {
+    return kTables;
+}
+
+// A face of the bounding box has a name; every other region is a table of one key.
+Region RegionFormat::read(const Given& given) {
+    if (const auto* face = given.value.as<std::string>()) {
+        const std::string side = face->size() == 5 ? face->substr(1) : "";
+        if ((side != "-min" && side != "-max") || (*face)[0] < 'x' || (*face)[0] > 'z') {
+            given.refuse();
         }
-        append(table.meaning, table.required ? " Required." : "", "\n\n");
-        append("| key | type | unit | allowed | default | meaning |\n|---|---|---|---|---|---|\n");
-        for (const KeyRule& rule : key_rules()) {
-            const SceneKey& key = rule.key;
-            if (key.table == table.name) {
-                append("| `", key.name, "` | ", key.type, " | ", key.unit, " | ", key.allowed, " | ", key.default_value,
-                       " | ", key.meaning, " |\n");
-            }
-        }
-        append("\n");
+        return FaceRegion{(*face)[0] - 'x', side == "-max"};
     }
-    text.pop_back();
-    return text;
+    const Region region = TableFormat<kWhere>::read(given);
+    if (given.as<SceneValue::Table>().size() != 1) {
+        given.refuse();
+    }
+    return region;
+}
+
+void RegionFormat::check(const Check& check, const Region& region) {
+    const auto check_keys = [&](const auto& table, const auto& owner) {
+        for (const auto& key : table.keys) {
+            key.field.check({check.scene, check.path, key.range, false}, owner);
+        }
+    };
+    if (const auto* face = std::get_if<FaceRegion>(&region)) {
+        AxisFormat::check(check, face->axis);
+    } else if (const auto* sphere = std::get_if<SphereRegion>(&region)) {
+        check_keys(kSphere, *sphere);
+    } else {
+        check_keys(kWhere, region);
+    }
+}
+
+SceneValue RegionFormat::write(const Region& region, const Range&) {
+    if (const auto* face = std::get_if<FaceRegion>(&region)) {
+        return {static_cast<char>('x' + face->axis) + std::string(face->high ? "-max" : "-min")};
+    }
+    return kWhere.write(region);
+}
+
+} // namespace scene_format
+
+std::string_view name(SolverMethod method) {
+    return scene_format::ChoiceFormat::word(scene_format::kMethod, static_cast<int>(method));
 }
 
 } // namespace hybmss

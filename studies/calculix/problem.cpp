@@ -2,7 +2,7 @@
 
 #include "simulation/run/loads.hpp"
 #include "simulation/run/supports.hpp"
-#include "simulation/scene/scene_lattice.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 namespace hybmss::calculix {
 

@@ -3,8 +3,7 @@
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/run/equilibrium.hpp"
-#include "simulation/scene/region.hpp"
-#include "simulation/scene/scene_lattice.hpp"
+#include "simulation/scene/scene_body.hpp"
 #include "studies/calculix/problem.hpp"
 #include "studies/calculix/program.hpp"
 

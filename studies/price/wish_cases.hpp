@@ -4,7 +4,7 @@
 /// Whether a wish for an accuracy is kept: varied scenes, each beside its own limit.
 
 #include "hybmss/simulation/solve_to_accuracy.hpp"
-#include "simulation/accuracy/error_estimate.hpp"
+#include "simulation/accuracy/mesh_convergence.hpp"
 #include "studies/paper/table.hpp"
 
 #include <functional>

@@ -149,7 +149,7 @@ TEST(Record, IsUsableFromC) {
     std::ofstream(path) << record_text(record);
     hybmss_record* loaded = nullptr;
     EXPECT_EQ(hybmss_record_load("/no/such/file", &loaded), HYBMSS_FILE_ERROR);
-    EXPECT_STREQ(hybmss_last_error(), "/no/such/file: cannot be read");
+    EXPECT_STREQ(hybmss_last_error(), "/no/such/file: cannot be read: No such file or directory");
     EXPECT_EQ(hybmss_record_load(nullptr, &loaded), HYBMSS_INVALID_ARGUMENT);
     EXPECT_EQ(hybmss_record_load(path.c_str(), nullptr), HYBMSS_INVALID_ARGUMENT);
     ASSERT_EQ(hybmss_record_load(path.c_str(), &loaded), HYBMSS_OK);

@@ -1,7 +1,7 @@
 // Scenes: read, and where the body is small, made into a simulation that takes a step.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/geometry/body_files.hpp"
+#include "simulation/scene/scene_body.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 
 #include <stdexcept>

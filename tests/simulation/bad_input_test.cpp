@@ -1,12 +1,15 @@
-/// Every bad input: one line with file, line and key, exit code 2, nothing written.
+// Wrong input ends in one clear line; so does a body that is too large, before anything is allocated.
 
 #include "hybmss/simulation/scene.hpp"
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/run/memory.hpp"
 #include "tests/program.hpp"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <string>
+#include <vector>
 
 namespace hybmss {
 namespace {
@@ -276,6 +279,57 @@ TEST(Memory, is_checked_before_anything_is_allocated) {
     scene.body.cells = {2000, 2000, 2000}; // more nodes than can be numbered, wherever there is memory
     EXPECT_THROW(check_size(scene, {}, 1e18), SceneError);
     EXPECT_GT(available_bytes(), 1e7);
+}
+
+TEST(Memory, NetworkLayoutsCountTheirSprings) {
+    SceneBody body;
+    body.cells = {40, 40, 40};
+    SimulationOptions options;
+    const double by_default = estimated_bytes(body, options);
+    std::vector<std::string> layouts = lattice_layouts();
+    for (const std::string& layout : network_layouts()) {
+        layouts.push_back(layout); // a lattice may name these too
+    }
+    for (const std::string& layout : layouts) {
+        options.plan.layout = layout;
+        if (layout.ends_with("-rows")) { // index-free, or nearly
+            EXPECT_GE(estimated_bytes(body, options), by_default) << layout;
+            EXPECT_LT(estimated_bytes(body, options), 1.2 * by_default) << layout;
+        } else {
+            EXPECT_GT(estimated_bytes(body, options), 1.5 * by_default) << layout;
+        }
+    }
+}
+
+TEST(Memory, SparseVoxelsCountByTheirCells) {
+    // Two cubes of cells in the corners of a large grid.
+    const auto body_of = [](std::int64_t edge, std::int64_t grid) {
+        SceneBody body;
+        body.cells = {grid, grid, grid};
+        body.labels.resize(static_cast<std::size_t>(grid * grid * grid));
+        for (std::int64_t k = 0; k < edge; ++k) {
+            for (std::int64_t j = 0; j < edge; ++j) {
+                for (std::int64_t i = 0; i < edge; ++i) {
+                    body.labels[static_cast<std::size_t>(i + grid * (j + grid * k))] = 1;
+                    body.labels[static_cast<std::size_t>(grid - 1 - i +
+                                                         grid * (grid - 1 - j + grid * (grid - 1 - k)))] = 2;
+                }
+            }
+        }
+        return body;
+    };
+    const SimulationOptions options;
+    const double small = estimated_bytes(body_of(12, 96), options), large = estimated_bytes(body_of(24, 96), options);
+    const double grid = 9 * 97.0 * 97 * 97; // what the grid itself takes
+    EXPECT_GT((large - grid) / (small - grid), 5);
+    EXPECT_LT((large - grid) / (small - grid), 9);
+    SceneBody box = body_of(1, 96);
+    box.labels.clear();
+    EXPECT_LT(large, estimated_bytes(box, options) / 10);
+    box.labels.assign(96 * 96 * 96, 1);
+    const double full = estimated_bytes(box, options);
+    box.labels.clear();
+    EXPECT_EQ(full, estimated_bytes(box, options));
 }
 
 } // namespace

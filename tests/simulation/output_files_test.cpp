@@ -241,7 +241,39 @@ TEST_F(OutputFiles, what_is_read_whole_is_a_regular_file) {
     fs::remove(path("D/checkpoint"));
     fs::create_directory(path("D/checkpoint"));
     expect_refused("run s.toml --out D --restart", "D/checkpoint: it is a directory");
-    EXPECT_EQ(shell("cat s.toml | '" HYBMSS_APP "' run /dev/stdin > out"), 0); // a scene may come by a pipe
+}
+
+TEST_F(OutputFiles, scenes_records_and_tables_come_by_a_file_or_a_pipe_and_end) {
+    fs::create_symlink("/dev/zero", path("endless"));
+    write("long.toml", "");
+    fs::resize_file(path("long.toml"), 100'000'000); // takes no room on the disk
+    const auto refused = [&](const std::string& arguments, const std::string& message) {
+        EXPECT_EQ(shell("ulimit -v 20000000; timeout 10 '" HYBMSS_APP "' " + arguments + " > out 2> errors"), 2);
+        EXPECT_NE(test::read_text(path("errors")).find("cannot be read: it is " + message + "\n"), std::string::npos)
+            << arguments << "\n"
+            << test::read_text(path("errors"));
+    };
+    for (const char* arguments :
+         {"run endless", "explain endless", "replay endless", "forces s.toml --displacements endless"}) {
+        refused(arguments, "a device or a socket; a regular file or a pipe is needed");
+    }
+    refused("run long.toml", "longer than the 67108864 bytes that are read at most");
+    refused("forces s.toml --displacements long.toml", "longer than the 28000 bytes that are read at most");
+
+    const auto by_a_pipe = [&](const std::string& file, const std::string& arguments) {
+        EXPECT_EQ(shell("cat " + file + " | '" HYBMSS_APP "' " + arguments + " > out 2> errors"), 0)
+            << arguments << "\n"
+            << test::read_text(path("errors"));
+    };
+    by_a_pipe("s.toml", "run /dev/stdin");
+    ASSERT_EQ(shell("'" HYBMSS_APP "' record s.toml --out record > out 2> errors"), 0);
+    by_a_pipe("record", "replay /dev/stdin");
+    std::string rows;
+    for (int node = 0; node < 60; ++node) {
+        rows += "0,0,0\n";
+    }
+    write("rows.csv", rows);
+    by_a_pipe("rows.csv", "forces s.toml --displacements /dev/stdin");
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 // `accuracy = X`: the error that is left, the mesh that is chosen, and what is told of it.
 
 #include "hybmss/simulation/solve_to_accuracy.hpp"
-#include "simulation/accuracy/mesh_family.hpp"
+#include "simulation/accuracy/mesh_convergence.hpp"
 #include "studies/price/wish_cases.hpp"
 #include "tests/program.hpp"
 

@@ -13,7 +13,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -31,19 +30,23 @@ class SceneError : public std::runtime_error {
 struct FaceRegion {
     int axis = 0;      ///< 0: x, 1: y, 2: z
     bool high = false; ///< the high side
+    bool operator==(const FaceRegion&) const = default;
 };
 /// The nodes inside an axis-aligned box, its surface included; m.
 struct BoxRegion {
     std::array<double, 3> low = {0, 0, 0}, high = {0, 0, 0};
+    bool operator==(const BoxRegion&) const = default;
 };
 /// The nodes inside a sphere, its surface included; m.
 struct SphereRegion {
     std::array<double, 3> center = {0, 0, 0};
     double radius = 0;
+    bool operator==(const SphereRegion&) const = default;
 };
 /// One node by its index in the body's node order.
 struct NodeRegion {
     std::int64_t node = 0;
+    bool operator==(const NodeRegion&) const = default;
 };
 /// Which nodes something acts on, at rest.
 using Region = std::variant<FaceRegion, BoxRegion, SphereRegion, NodeRegion>;
@@ -62,24 +65,28 @@ struct SceneBody {
     std::vector<std::uint8_t> labels = {};
     std::string voxels = {},
                 surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
+    bool operator==(const SceneBody&) const = default;
 };
 
 /// The material of the cells with one label. Poisson's ratio, density and the rest are the scene's.
 struct Label {
     std::uint8_t value = 1;
     double young_modulus = 1; ///< Pa; 0: these cells are left out
+    bool operator==(const Label&) const = default;
 };
 
 /// Nodes that stay where they are along the named axes.
 struct Fix {
     Region where;
     AxisSet axes = kAllAxes;
+    bool operator==(const Fix&) const = default;
 };
 
 /// A turn about the axis through the rest centroid of the moved nodes.
 struct Rotation {
     int axis = 1; ///< 0: x, 1: y, 2: z
     double degrees = 0;
+    bool operator==(const Rotation&) const = default;
 };
 
 /// Nodes that are led from rest to a final position, along the named axes.
@@ -88,15 +95,18 @@ struct Move {
     AxisSet axes = kAllAxes;
     std::variant<std::array<double, 3>, Rotation> motion; ///< a translation in m, or a rotation
     double over = 1;                                      ///< s from rest to the final position; 0: at once
+    bool operator==(const Move&) const = default;
 };
 
 struct Gravity {
     std::array<double, 3> acceleration = {0, 0, 0}; ///< m/s^2
+    bool operator==(const Gravity&) const = default;
 };
 
 struct Damping {
     double mass = 0;      ///< c in 1/s: the force -c m v on every node
     double stiffness = 0; ///< beta in s: a dashpot beta k along every spring of stiffness k
+    bool operator==(const Damping&) const = default;
 };
 
 /// A dead force that is spread over the nodes of a region in proportion to the cells that they touch: evenly over a
@@ -104,11 +114,13 @@ struct Damping {
 struct Load {
     Region where;
     std::array<double, 3> force = {0, 0, 0}; ///< N, in all
+    bool operator==(const Load&) const = default;
 };
 
 /// The side of a plane that its normal points away from; m.
 struct HalfSpace {
     std::array<double, 3> point = {0, 0, 0}, normal = {0, 0, 1}; ///< the normal in any length but zero
+    bool operator==(const HalfSpace&) const = default;
 };
 
 /// Cells that are removed while the body moves: those whose centre (the mean of its corners) is in the tool, its
@@ -119,6 +131,7 @@ struct Cut {
     double at = 0;                                         ///< s, at least 0
     double until = 0, every = 0;                           ///< s; no further bites where `every` is 0
     bool at_rest = false;                                  ///< the centre at rest counts, not the present one
+    bool operator==(const Cut&) const = default;
 };
 
 /// A rigid obstacle that the body touches. It moves by `translate` along the way of a Move and by `velocity` all the
@@ -133,12 +146,14 @@ struct SceneObstacle {
     std::optional<Rotation> rotate;
     double over = 1;                            ///< s of translate and rotate; 0: at once
     std::array<double, 3> velocity = {0, 0, 0}; ///< m/s
+    bool operator==(const SceneObstacle&) const = default;
 };
 
 /// A named region whose support force and displacement are reported.
 struct Probe {
     std::string name;
     Region where;
+    bool operator==(const Probe&) const = default;
 };
 
 enum class SolverMethod {
@@ -161,11 +176,13 @@ struct Solver {
     std::optional<double> accuracy;
     int load_steps = 1; ///< static: the first load step is one part in so many
     PreconditionerKind preconditioner = PreconditionerKind::automatic; ///< static and backward Euler
+    bool operator==(const Solver&) const = default;
 };
 
 struct Output {
     std::optional<double> every; ///< s between results; by default only the first and the last state are written
     bool energy_balance = false; ///< works and losses are metered in every step
+    bool operator==(const Output&) const = default;
 };
 
 /// Where a scene's keys stood in its file, so that errors found later can name the line.
@@ -177,6 +194,9 @@ struct SceneSource {
     std::string file;                     ///< "" for a scene that was not read from a text
     std::map<std::string, Entry> entries; ///< by path: "material.density", "fix[1].where"
     std::string canonical; ///< all that the text says, without comments and in one order: equal for equal scenes
+
+    /// Where a scene was read from does not tell it from another.
+    bool operator==(const SceneSource&) const { return true; }
 };
 
 struct Scene {
@@ -194,6 +214,7 @@ struct Scene {
     Solver solver;
     Output output;
     SceneSource source;
+    bool operator==(const Scene&) const = default;
 };
 
 /// Reads a scene from TOML text, and the voxels or the surface that it names: a relative path starts where the file
@@ -203,24 +224,17 @@ Scene parse_scene(std::string_view text, const std::string& filename);
 /// Reads a scene file. Throws SceneError, also where the file cannot be read.
 Scene load_scene(const std::string& path);
 
+/// The scene as TOML text, with every default spelled out: parse_scene() makes an equal scene of it. Files are named as
+/// the scene names them. Throws SceneError where labels or an origin come from no file.
+std::string to_toml(const Scene& scene);
+
+/// The scene itself. Throws SceneError where a number of it is out of its key's range: for scenes filled by hand.
+Scene within_ranges(Scene scene);
+
 /// The error "`path` = value: `reason`" with the file and line where the key stood, as far as the scene knows them.
 SceneError scene_error(const Scene& scene, const std::string& path, const std::string& reason);
 
-/// One key of the scene format, as the parser, its messages and the documentation know it.
-struct SceneKey {
-    std::string_view table; ///< "material"; "fix" for [[fix]]; "where" and "where.sphere" for inline tables
-    std::string_view name;
-    std::string_view type;
-    std::string_view unit;          ///< "" where there is none
-    std::string_view allowed;       ///< what a value must be
-    std::string_view default_value; ///< "required" where there is none
-    std::string_view meaning;
-};
-
-/// Every key there is. The parser knows no other.
-std::span<const SceneKey> scene_keys();
-
-/// The keys as Markdown tables, as docs/report/scene_keys.md holds them.
+/// All keys as Markdown tables, as docs/report/scene_keys.md holds them.
 std::string scene_keys_markdown();
 
 } // namespace hybmss

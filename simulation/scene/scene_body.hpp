@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Which of a body's nodes a region holds.
+/// The body of a scene: the files that it comes from, its lattice, and which of its nodes a region holds.
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/simulation/scene.hpp"
@@ -9,9 +9,21 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace hybmss {
+
+/// The lattice: where cells have labels, each with the stiffness of its label. Throws SceneError where no cell is
+/// filled, or where it is not clear what a label stands for.
+Lattice scene_lattice(const Scene& scene);
+
+/// The key that gives the body: "body.cells", "body.voxels" or "body.surface".
+std::string body_key(const SceneBody& body);
+
+/// Reads the voxels or the surface that the body names, if any, into its cells and labels. Throws SceneError with the
+/// line of the key, the file's name and what is wrong.
+void read_body_files(Scene& scene);
 
 using Vector3 = std::array<double, 3>;
 

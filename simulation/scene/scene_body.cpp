@@ -1,0 +1,221 @@
+#include "simulation/scene/scene_body.hpp"
+
+#include "simulation/geometry/triangle_surface.hpp"
+#include "simulation/geometry/voxel_grid.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+namespace hybmss {
+namespace {
+
+// Ratios of stiffness beyond these leave nothing of the softer material in float.
+constexpr double kLowestRatio = 1e-6, kHighestRatio = 1e6;
+
+using CellCounts = std::array<std::size_t, 256>; ///< by label
+
+std::string list_of_labels(const CellCounts& counts) {
+    std::string list;
+    for (std::size_t value = 1; value < counts.size(); ++value) {
+        if (counts[value] > 0) {
+            list += (list.empty() ? "" : ", ") + std::to_string(value);
+        }
+    }
+    return list;
+}
+
+/// The stiffness scale of each label in use: Young's modulus over that of the scene's material.
+std::array<float, 256> label_scales(const Scene& scene, const CellCounts& counts) {
+    std::array<float, 256> scales{};
+    std::array<bool, 256> known{};
+    known[0] = true;
+    for (std::size_t l = 0; l < scene.labels.size(); ++l) {
+        const Label& label = scene.labels[l];
+        const std::string path = "label[" + std::to_string(l) + "]";
+        if (known[label.value]) {
+            throw scene_error(scene, path + ".value", "it must be above 0, and different for each [[label]]");
+        }
+        const double ratio = label.young_modulus / scene.material.young_modulus;
+        if (ratio != 0 && !(ratio >= kLowestRatio && ratio <= kHighestRatio)) {
+            throw scene_error(scene, path + ".young_modulus",
+                              "it must be 0, or from 1e-6 to 1e6 times that of [material]");
+        }
+        known[label.value] = true;
+        scales[label.value] = static_cast<float>(ratio);
+    }
+    for (std::size_t value = 1; value < counts.size(); ++value) {
+        if (counts[value] == 0) {
+            continue;
+        }
+        if (scene.labels.empty()) {
+            if (list_of_labels(counts) != std::to_string(value)) {
+                throw scene_error(scene, body_key(scene.body),
+                                  "it has the labels " + list_of_labels(counts) +
+                                      "; where there is more than one, each must have a [[label]] with its stiffness");
+            }
+            scales[value] = 1;
+        } else if (!known[value]) {
+            throw scene_error(scene, body_key(scene.body),
+                              "label " + std::to_string(value) + " (" + std::to_string(counts[value]) +
+                                  " cells) has no [[label]]; it has the labels " + list_of_labels(counts));
+        }
+    }
+    return scales;
+}
+
+} // namespace
+
+std::string body_key(const SceneBody& body) {
+    return !body.voxels.empty() ? "body.voxels" : !body.surface.empty() ? "body.surface" : "body.cells";
+}
+
+Lattice scene_lattice(const Scene& scene) {
+    const SceneBody& body = scene.body;
+    const auto nx = static_cast<int>(body.cells[0]), ny = static_cast<int>(body.cells[1]),
+               nz = static_cast<int>(body.cells[2]);
+    if (body.labels.empty()) {
+        if (!scene.labels.empty()) {
+            throw scene_error(scene, "label[0].value", "the cells of a box have no labels; only those of voxels have");
+        }
+        return Lattice::box(nx, ny, nz, body.cell_size);
+    }
+    CellCounts counts{};
+    for (std::uint8_t label : body.labels) {
+        ++counts[label];
+    }
+    const std::array<float, 256> scales = label_scales(scene, counts);
+    std::vector<float> cells;
+    cells.reserve(body.labels.size());
+    bool filled = false;
+    for (std::uint8_t label : body.labels) {
+        cells.push_back(scales[label]);
+        filled = filled || scales[label] > 0;
+    }
+    if (!filled) {
+        throw scene_error(scene, body_key(body), "the body is empty: at least one cell must be filled");
+    }
+    return Lattice::from_cells(nx, ny, nz, body.cell_size, std::move(cells));
+}
+
+namespace {
+
+void read_voxel_body(Scene& scene, const std::filesystem::path& path) {
+    VoxelGrid grid = read_voxels(path);
+    SceneBody& body = scene.body;
+    if (body.cell_size == 0) {
+        if (!grid.cell_size) {
+            throw std::runtime_error("it tells no size of its voxels, so body.cell_size must be given");
+        }
+        if (!(*grid.cell_size >= 1e-6 && *grid.cell_size <= 1e6)) {
+            throw std::runtime_error("its voxels have edges of " + std::to_string(*grid.cell_size) +
+                                     " m; they must be at least 1e-6 and at most 1e6");
+        }
+        body.cell_size = *grid.cell_size;
+    }
+    body.cells = grid.cells;
+    body.labels = std::move(grid.labels);
+}
+
+void read_surface_body(Scene& scene, const std::filesystem::path& path) {
+    TriangleSurface surface = read_surface(path);
+    weld(surface);
+    const Orientation orientation = require_closed(surface);
+    SceneBody body = voxelised(surface, orientation, scene.body.cell_size);
+    body.surface = scene.body.surface;
+    scene.body = std::move(body);
+}
+
+} // namespace
+
+void read_body_files(Scene& scene) {
+    if (body_key(scene.body) == "body.cells") {
+        return;
+    }
+    const std::filesystem::path folder = std::filesystem::path(scene.source.file).parent_path();
+    try {
+        if (!scene.body.voxels.empty()) {
+            read_voxel_body(scene, folder / scene.body.voxels);
+        } else {
+            read_surface_body(scene, folder / scene.body.surface);
+        }
+    } catch (const std::runtime_error& error) {
+        throw scene_error(scene, body_key(scene.body), error.what());
+    }
+}
+
+namespace {
+
+template <class Inside>
+std::vector<std::uint32_t> where(std::span<const Vector3> rest, Inside inside) {
+    std::vector<std::uint32_t> nodes;
+    for (std::size_t n = 0; n < rest.size(); ++n) {
+        if (inside(rest[n])) {
+            nodes.push_back(static_cast<std::uint32_t>(n));
+        }
+    }
+    return nodes;
+}
+
+std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, const FaceRegion& face) {
+    const auto axis = static_cast<std::size_t>(face.axis);
+    const auto below = [axis](const Vector3& a, const Vector3& b) { return a[axis] < b[axis]; };
+    const auto [low, high] = std::minmax_element(rest.begin(), rest.end(), below);
+    const double plane = face.high ? (*high)[axis] : (*low)[axis];
+    return where(rest, [&](const Vector3& x) { return std::abs(x[axis] - plane) <= slack; });
+}
+
+std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, const BoxRegion& box) {
+    return where(rest, [&](const Vector3& x) {
+        bool inside = true;
+        for (std::size_t a = 0; a < 3; ++a) {
+            inside = inside && x[a] >= box.low[a] - slack && x[a] <= box.high[a] + slack;
+        }
+        return inside;
+    });
+}
+
+std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, const SphereRegion& sphere) {
+    const Vector3& c = sphere.center;
+    return where(rest, [&](const Vector3& x) {
+        return std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) <= sphere.radius + slack;
+    });
+}
+
+std::vector<std::uint32_t> select(std::span<const Vector3> rest, double, const NodeRegion& region) {
+    if (region.node < 0 || static_cast<std::uint64_t>(region.node) >= rest.size()) {
+        return {};
+    }
+    return {static_cast<std::uint32_t>(region.node)};
+}
+
+} // namespace
+
+std::vector<Vector3> rest_positions(const Lattice& lattice, const Vector3& origin) {
+    std::vector<Vector3> rest;
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    rest.reserve(nodes.size());
+    for (std::uint32_t grid_node : nodes) {
+        const Vector3 x = lattice.rest_position(grid_node);
+        rest.push_back({origin[0] + x[0], origin[1] + x[1], origin[2] + x[2]});
+    }
+    return rest;
+}
+
+std::vector<std::uint32_t> select_nodes(std::span<const Vector3> rest, double cell_size, const Region& region) {
+    return std::visit([&](const auto& shape) { return select(rest, 1e-6 * cell_size, shape); }, region);
+}
+
+Vector3 rest_centroid(std::span<const Vector3> rest, std::span<const std::uint32_t> nodes) {
+    Vector3 centroid = {0, 0, 0};
+    for (std::uint32_t n : nodes) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            centroid[a] += rest[n][a] / static_cast<double>(nodes.size());
+        }
+    }
+    return centroid;
+}
+
+} // namespace hybmss

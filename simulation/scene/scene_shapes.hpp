@@ -1,0 +1,176 @@
+#pragma once
+
+/// \file
+/// What a key may be one of: the shapes of a region, of a cutting tool and of an obstacle, and the ways of a motion.
+/// Each is a table of its own keys, in one place for all who take it.
+
+#include "simulation/scene/scene_keys.hpp"
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace hybmss::scene_format {
+
+// -- Ranges. Lengths and accelerations beyond 1e9 have no meaning and overflow in float
+
+inline constexpr double kNoBound = std::numeric_limits<double>::max();
+
+constexpr Range from(double low, double high, std::string_view allowed) {
+    return {allowed, low, high};
+}
+constexpr Range above(double low, double high, std::string_view allowed) {
+    return {allowed, low, high, true};
+}
+constexpr Range inside(double low, double high, std::string_view allowed) {
+    return {allowed, low, high, true, true};
+}
+/// Of what holds no number, and where other keys tell the bounds.
+constexpr Range words(std::string_view allowed) {
+    return {allowed};
+}
+
+inline constexpr Range kBounded = from(-1e9, 1e9, "three numbers, each at most 1e9 in size");
+inline constexpr Range kFrom0 = from(0, kNoBound, "at least 0");
+inline constexpr Range kFrom0To1e9 = from(0, 1e9, "at least 0 and at most 1e9");
+inline constexpr Range kFrom0To1e6 = from(0, 1e6, "at least 0 and at most 1e6");
+inline constexpr Range kAbove0 = above(0, kNoBound, "above 0");
+inline constexpr Range kBox =
+    from(-1e9, 1e9, "[[x, y, z], [x, y, z]], low corner first, each number at most 1e9 in size");
+inline constexpr Range kSphereTable = words("{center = [x, y, z], radius = r}");
+inline constexpr Range kPlaneTable = words("{point = [x, y, z], normal = [x, y, z]}");
+inline constexpr Range kRotationTable = words("{axis = \"x\", \"y\" or \"z\", degrees = angle}");
+inline constexpr Range kRegion =
+    words("\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", {box = [[x, y, z], [x, y, z]]}, "
+          "{sphere = {center = [x, y, z], radius = r}} or {node = index}");
+inline constexpr Range kAxes = words("a string of one to three different letters of \"xyz\"");
+
+using Vector3 = std::array<double, 3>;
+
+// where
+
+inline constexpr Key<SphereRegion> kSphereKeys[] = {
+    {"center", "m", kBounded, "required", "its centre", member<&SphereRegion::center>},
+    {"radius", "m", kFrom0To1e9, "required", "its radius", member<&SphereRegion::radius>},
+};
+inline constexpr KeyTable<SphereRegion> kSphere = {"where.sphere", "The value of `sphere`.", kSphereKeys};
+
+struct NodeFormat : IntegerFormat {
+    static NodeRegion read(const Given& given) { return {IntegerFormat::read(given)}; }
+    static void check(const Check& check, NodeRegion region) { IntegerFormat::check(check, region.node); }
+    static SceneValue write(NodeRegion region, const Range& range) { return IntegerFormat::write(region.node, range); }
+};
+
+inline constexpr Key<Region> kWhereKeys[] = {
+    {"box", "m", kBox, "none", "nodes inside it or on its surface", field<BoxFormat, Alternative<BoxRegion>>},
+    {"sphere", "", kSphereTable, "none", "nodes inside it or on its surface",
+     field<TableFormat<kSphere>, Alternative<SphereRegion>>},
+    {"node", "", from(0, kNoBound, "an integer, at least 0 and below the number of nodes"), "none",
+     "one node; x fastest, then y, then z", field<NodeFormat, Alternative<NodeRegion>>},
+};
+inline constexpr KeyTable<Region> kWhere = {
+    "where", "The value of `where`, unless it names a face of the bounding box. One of:", kWhereKeys};
+
+// -- Motions and planes
+
+inline constexpr Key<Rotation> kRotationKeys[] = {
+    {"axis", "", words("\"x\", \"y\" or \"z\""), "required", "direction of the axis",
+     member_as<AxisFormat, &Rotation::axis>},
+    {"degrees", "degrees", from(-36000, 36000, "at most 36000 in size"), "required",
+     "counter-clockwise as seen against the axis", member<&Rotation::degrees>},
+};
+inline constexpr KeyTable<Rotation> kRotation = {"move.rotate", "The value of `rotate`.", kRotationKeys};
+
+inline void relate_plane(const TableCheck& table, const HalfSpace& half) {
+    if (half.normal == Vector3{}) {
+        table.not_allowed("normal");
+    }
+}
+
+inline constexpr Key<HalfSpace> kBehindKeys[] = {
+    {"point", "m", kBounded, "required", "a point of the plane", member<&HalfSpace::point>},
+    {"normal", "", from(-1e9, 1e9, "three numbers, not all zero, each at most 1e9 in size"), "required",
+     "its normal, of any length", member<&HalfSpace::normal>},
+};
+inline constexpr KeyTable<HalfSpace> kBehind = {"cut.behind", "The value of `behind`.", kBehindKeys, nullptr,
+                                                relate_plane};
+
+// -- [[obstacle]]: three shapes, each of its own keys, to a shape and a position
+
+struct Plane {
+    using Owner = SceneObstacle;
+    static std::optional<HalfSpace> get(const SceneObstacle& obstacle) {
+        const auto* plane = std::get_if<PlaneShape>(&obstacle.shape);
+        return plane ? std::optional(HalfSpace{obstacle.position, plane->normal}) : std::nullopt;
+    }
+    static void set(SceneObstacle& obstacle, const HalfSpace& half) {
+        obstacle.shape = PlaneShape{half.normal};
+        obstacle.position = half.point;
+    }
+};
+struct Ball {
+    using Owner = SceneObstacle;
+    static std::optional<SphereRegion> get(const SceneObstacle& obstacle) {
+        const auto* sphere = std::get_if<SphereShape>(&obstacle.shape);
+        return sphere ? std::optional(SphereRegion{obstacle.position, sphere->radius}) : std::nullopt;
+    }
+    static void set(SceneObstacle& obstacle, const SphereRegion& sphere) {
+        obstacle.shape = SphereShape{sphere.radius};
+        obstacle.position = sphere.center;
+    }
+};
+struct Cuboid {
+    using Owner = SceneObstacle;
+    /// The corners by the shortest numbers that read as this very size and position: rounding parts most others.
+    static std::optional<BoxRegion> get(const SceneObstacle& obstacle) {
+        const auto* shape = std::get_if<BoxShape>(&obstacle.shape);
+        if (!shape) {
+            return std::nullopt;
+        }
+        BoxRegion box;
+        SceneObstacle read;
+        for (int digits = 1; digits <= 17 && (read.shape != obstacle.shape || read.position != obstacle.position);
+             ++digits) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                box.low[a] = rounded(obstacle.position[a] - shape->size[a] / 2, digits);
+                box.high[a] = rounded(obstacle.position[a] + shape->size[a] / 2, digits);
+            }
+            set(read, box);
+        }
+        return box;
+    }
+    static void set(SceneObstacle& obstacle, const BoxRegion& box) {
+        BoxShape shape;
+        for (std::size_t a = 0; a < 3; ++a) {
+            shape.size[a] = box.high[a] - box.low[a];
+            obstacle.position[a] = (box.low[a] + box.high[a]) / 2;
+        }
+        obstacle.shape = shape;
+    }
+
+private:
+    static double rounded(double value, int digits) {
+        char text[40];
+        std::snprintf(text, sizeof text, "%.*e", digits - 1, value);
+        return std::strtod(text, nullptr);
+    }
+};
+
+inline constexpr Key<HalfSpace> kPlaneKeys[] = {
+    {"point", "m", kBounded, "required", "a point of it", member<&HalfSpace::point>},
+    {"normal", "", from(-1e9, 1e9, "three numbers, not all 0, each at most 1e9 in size"), "required",
+     "points to the side of the body; of any length", member<&HalfSpace::normal>},
+};
+inline constexpr KeyTable<HalfSpace> kPlane = {
+    "obstacle.plane", "The value of `plane`: the half-space behind it is solid.", kPlaneKeys, nullptr, relate_plane};
+
+inline constexpr Key<SphereRegion> kBallKeys[] = {
+    {"center", "m", kBounded, "required", "its middle", member<&SphereRegion::center>},
+    {"radius", "m", above(0, 1e9, "above 0 and at most 1e9"), "required", "its radius", member<&SphereRegion::radius>},
+};
+inline constexpr KeyTable<SphereRegion> kBall = {"obstacle.sphere", "The value of an obstacle's `sphere`.", kBallKeys};
+
+} // namespace hybmss::scene_format

@@ -1,0 +1,249 @@
+// Scenes as TOML text: read, and written.
+
+#include "layouts/read_file.hpp"
+#include "simulation/scene/scene_body.hpp"
+#include "simulation/scene/scene_keys.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <sstream>
+
+// One translation unit uses toml++, so its shared library is not needed.
+#define TOML_HEADER_ONLY 1
+// It asserts, and without assertions has clang assume, what a wrong scene may break ("[#"), before it reports that very
+// thing as an error.
+#if __has_include(<toml++/impl/preprocessor.h>)
+#include <toml++/impl/preprocessor.h>
+#undef TOML_ASSERT_ASSUME
+#define TOML_ASSERT_ASSUME(expr) static_assert(true)
+#endif
+#include <toml++/toml.h>
+
+namespace hybmss {
+
+using namespace scene_format;
+
+namespace {
+
+/// The text by lines, so that messages can quote what was written.
+class TomlText {
+public:
+    explicit TomlText(std::string_view text) {
+        while (!text.empty()) {
+            const std::size_t end = text.find('\n');
+            lines_.push_back(text.substr(0, end));
+            text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+        }
+    }
+
+    /// Position and text of a value; long values and those of several lines are cut short.
+    SceneSource::Entry quote(const toml::source_region& region) const;
+
+private:
+    std::vector<std::string_view> lines_;
+};
+
+SceneSource::Entry TomlText::quote(const toml::source_region& region) const {
+    constexpr std::size_t kLongest = 60;
+    SceneSource::Entry entry{region.begin.line, region.begin.column, {}};
+    if (region.begin.line < 1 || region.begin.line > lines_.size()) {
+        return entry;
+    }
+    // Columns count characters, not bytes: bytes 10xxxxxx continue a UTF-8 character.
+    const bool whole = region.end.line == region.begin.line;
+    unsigned column = 0;
+    for (char c : lines_[region.begin.line - 1]) {
+        column += (static_cast<unsigned char>(c) & 0xC0u) != 0x80u;
+        if (column >= region.begin.column && (!whole || column < region.end.column) && c != '\r') {
+            entry.value += c;
+        }
+    }
+    if (!whole || entry.value.size() > kLongest) {
+        entry.value.resize(std::min(entry.value.size(), kLongest));
+        entry.value += " ...";
+    }
+    return entry;
+}
+
+SceneValue value_of(const toml::node& node, const TomlText& text) {
+    SceneValue value;
+    value.place = {node.source().begin.line, node.source().begin.column, {}};
+    if (const toml::table* table = node.as_table()) {
+        auto& members = value.data.emplace<SceneValue::Table>();
+        for (const auto& [key, item] : *table) {
+            const toml::source_position at = key.source().begin;
+            members.push_back({std::string(key.str()), value_of(item, text), {at.line, at.column, {}}});
+            members.back().value.place = text.quote(item.source());
+        }
+    } else if (const toml::array* array = node.as_array()) {
+        auto& items = value.data.emplace<SceneValue::Array>();
+        for (const toml::node& item : *array) {
+            items.push_back(value_of(item, text));
+        }
+    } else if (const auto* word = node.as_string()) {
+        value.data = word->get();
+    } else if (const auto* integer = node.as_integer()) {
+        value.data = integer->get();
+    } else if (const auto* real = node.as_floating_point()) {
+        value.data = real->get();
+    } else if (const auto* flag = node.as_boolean()) {
+        value.data = flag->get();
+    }
+    return value;
+}
+
+bool is_array_of_tables(const SceneValue& value) {
+    const auto* items = value.as<SceneValue::Array>();
+    return items && !items->empty() &&
+           std::all_of(items->begin(), items->end(), [](const SceneValue& v) { return v.as<SceneValue::Table>(); });
+}
+
+/// Refuses a table of the scene that there is not, or that is not of its kind.
+void require_known(Scene& scene, const SceneValue::Member& member) {
+    const std::span<const SceneTable> all = scene_tables();
+    const auto table = std::find_if(all.begin(), all.end(),
+                                    [&](const SceneTable& one) { return one.read && one.name == member.name; });
+    const bool is_table = member.value.as<SceneValue::Table>(), are_tables = is_array_of_tables(member.value);
+    if (table != all.end() && (table->repeated ? are_tables : is_table)) {
+        return;
+    }
+    scene.source.entries[member.name] = {member.place.line, member.place.column,
+                                         is_table || are_tables ? "" : member.value.place.value};
+    std::vector<SceneTable> known;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(known), [](const SceneTable& one) { return one.read; });
+    throw scene_error(scene, member.name,
+                      table == all.end() ? "unknown table; allowed are " + name_list(known)
+                      : table->repeated  ? "it must be given as [[" + member.name + "]], any number of times"
+                                         : "it must be a table, [" + member.name + "]");
+}
+
+void read_scene(Scene& scene, const SceneValue::Table& root) {
+    for (const SceneValue::Member& member : root) {
+        require_known(scene, member);
+    }
+    for (const SceneTable& table : scene_tables()) {
+        const std::string name(table.name);
+        const auto member = std::find_if(root.begin(), root.end(), [&](const auto& one) { return one.name == name; });
+        if (!table.read) {
+            continue;
+        }
+        if (member == root.end()) {
+            if (table.required) {
+                scene.source.entries[name] = {1, 1, {}};
+                throw scene_error(scene, name,
+                                  "missing; a scene needs a table [" + name + "] with " + name_list(table.keys()));
+            }
+        } else if (!table.repeated) {
+            table.read(scene, member->value, name);
+        } else {
+            std::size_t number = 0;
+            for (const SceneValue& item : *member->value.as<SceneValue::Array>()) {
+                table.read(scene, item, name + "[" + std::to_string(number++) + "]");
+            }
+        }
+    }
+}
+
+// -- Writing
+
+std::string toml_text(const std::string& text) {
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') {
+            char escaped[8];
+            std::snprintf(escaped, sizeof escaped, "\\u%04X", static_cast<unsigned>(c));
+            quoted += escaped;
+        } else {
+            quoted.append(c == '"' || c == '\\' ? 1 : 0, '\\') += c;
+        }
+    }
+    return quoted + '"';
+}
+
+/// With all digits that tell it from its neighbours, and with a point or an exponent, as a float must have.
+std::string toml_text(double number) {
+    char digits[32];
+    std::string text(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
+    return text.find_first_not_of("-0123456789") == std::string::npos ? text + ".0" : text;
+}
+
+std::string toml_text(const SceneValue& value) {
+    std::string list;
+    const auto add = [&](const std::string& one) { list.append(list.empty() ? "" : ", ").append(one); };
+    if (const auto* items = value.as<SceneValue::Array>()) {
+        for (const SceneValue& item : *items) {
+            add(toml_text(item));
+        }
+        return "[" + list + "]";
+    }
+    if (const auto* members = value.as<SceneValue::Table>()) {
+        for (const SceneValue::Member& member : *members) {
+            add(member.name + " = " + toml_text(member.value));
+        }
+        return "{" + list + "}";
+    }
+    if (const auto* text = value.as<std::string>()) {
+        return toml_text(*text);
+    }
+    if (const auto* integer = value.as<std::int64_t>()) {
+        return std::to_string(*integer);
+    }
+    const auto* number = value.as<double>();
+    return number ? toml_text(*number) : *value.as<bool>() ? "true" : "false";
+}
+
+} // namespace
+
+Scene parse_scene(std::string_view text, const std::string& filename) {
+    Scene scene;
+    scene.source.file = filename;
+    try {
+        const toml::table root = toml::parse(text, std::string_view(filename));
+        read_scene(scene, *value_of(root, TomlText(text)).as<SceneValue::Table>());
+        if (scene.body.size[0] > 0 && scene.body.cell_size == 0 && !scene.solver.accuracy) {
+            throw scene_error(scene, "body.size",
+                              "its mesh must be told: by cell_size, or by accuracy in [solver], which chooses it");
+        }
+        std::ostringstream canonical;
+        canonical << toml::json_formatter(root);
+        scene.source.canonical = canonical.str();
+        read_body_files(scene);
+    } catch (const toml::parse_error& error) {
+        std::ostringstream message;
+        message << filename << ":" << error.source().begin.line << ":" << error.source().begin.column
+                << ": TOML syntax: " << error.description();
+        throw SceneError(one_line(message.str()));
+    }
+    return scene;
+}
+
+Scene load_scene(const std::string& path) {
+    constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 26; // of text that people or their scripts write
+    if (std::error_code ignored; std::filesystem::is_directory(path, ignored)) {
+        throw SceneError(path + ": is a directory; a scene file (TOML) is needed");
+    }
+    try {
+        return parse_scene(read_file(path, Readable::file_or_pipe, kMostBytes), path);
+    } catch (const ReadError& error) {
+        throw SceneError(path + ": cannot be read: " + error.reason);
+    }
+}
+
+std::string to_toml(const Scene& scene) {
+    if (scene.body.voxels.empty() && scene.body.surface.empty() &&
+        (!scene.body.labels.empty() || scene.body.origin != std::array<double, 3>{})) {
+        throw scene_error(scene, "body.cells", "labels and an origin that come from no file cannot be written");
+    }
+    std::string text;
+    for (const SceneTable& table : scene_tables()) {
+        for (const SceneValue& value : table.write ? table.write(scene) : SceneValue::Array{}) {
+            text.append(table.repeated ? "[[" : "[").append(table.name).append(table.repeated ? "]]\n" : "]\n");
+            for (const SceneValue::Member& member : *value.as<SceneValue::Table>()) {
+                text.append(member.name).append(" = ").append(toml_text(member.value)).append("\n");
+            }
+        }
+    }
+    return text;
+}
+
+} // namespace hybmss

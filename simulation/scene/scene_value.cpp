@@ -1,0 +1,206 @@
+#include "simulation/scene/scene_keys.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+
+namespace hybmss::scene_format {
+void Check::number(double value) const {
+    if (!range.holds(value)) { // as of what is not finite
+        refuse(value, range.allowed);
+    }
+}
+
+void Check::refuse(double value, std::string_view allowed) const {
+    char number[64] = "";
+    if (!as_written) {
+        std::snprintf(number, sizeof number, "%g is not allowed: ", value);
+    }
+    throw scene_error(scene, path, std::string(number).append("it must be ").append(allowed));
+}
+
+const SceneValue::Array& Given::array(const SceneValue& item, std::size_t size) const {
+    const auto* items = item.as<SceneValue::Array>();
+    if (!items || items->size() != size) {
+        refuse();
+    }
+    return *items;
+}
+
+double Given::number(const SceneValue& item) const {
+    const auto* real = item.as<double>();
+    if (!real && !item.as<std::int64_t>()) {
+        refuse();
+    }
+    const double number = real ? *real : static_cast<double>(*item.as<std::int64_t>());
+    Check::number(number);
+    return number;
+}
+
+std::int64_t Given::integer(const SceneValue& item) const {
+    if (!item.as<std::int64_t>()) {
+        refuse();
+    }
+    number(item);
+    return *item.as<std::int64_t>();
+}
+
+std::array<double, 3> Given::vector(const SceneValue& item) const {
+    const SceneValue::Array& items = array(item, 3);
+    return {number(items[0]), number(items[1]), number(items[2])};
+}
+
+std::string_view TableCheck::allowed(std::string_view key) const {
+    return std::find_if(keys.begin(), keys.end(), [&](const SceneKey& one) { return one.name == key; })->allowed;
+}
+
+void GivenTable::note_keys() const {
+    for (const SceneValue::Member& member : *value.as<SceneValue::Table>()) {
+        SceneSource::Entry& entry = source.source.entries[at(member.name, {}).path] = member.value.place;
+        if (std::none_of(keys.begin(), keys.end(), [&](const SceneKey& key) { return key.name == member.name; })) {
+            entry.line = member.place.line;
+            entry.column = member.place.column;
+            refuse(member.name, "unknown key; allowed are " + name_list(keys));
+        }
+    }
+    for (const SceneKey& key : keys) {
+        if (key.default_value == "required" && !has(key.name)) {
+            missing(key.name);
+        }
+    }
+}
+
+const SceneValue* GivenTable::find(std::string_view key) const {
+    for (const SceneValue::Member& member : *value.as<SceneValue::Table>()) {
+        if (member.name == key) {
+            return &member.value;
+        }
+    }
+    return nullptr;
+}
+
+void GivenTable::missing(std::string_view key, std::string_view wanted) const {
+    source.source.entries[at(key, {}).path] = {value.place.line, value.place.column, {}};
+    std::string reason = "missing; it ";
+    refuse(key, wanted.empty() ? reason.append("must be ").append(allowed(key)) : reason.append(wanted));
+}
+
+// -- Formats
+
+double NumberFormat::read(const Given& given) {
+    if (!given.value.as<double>() && !given.value.as<std::int64_t>()) {
+        given.Check::refuse(0, std::string("a number ").append(given.range.allowed));
+    }
+    return given.number(given.value);
+}
+
+template <>
+std::array<double, 3> VectorFormat<double>::read(const Given& given) {
+    return given.vector(given.value);
+}
+
+template <>
+std::array<std::int64_t, 3> VectorFormat<std::int64_t>::read(const Given& given) {
+    const SceneValue::Array& items = given.array(given.value, 3);
+    return {given.integer(items[0]), given.integer(items[1]), given.integer(items[2])};
+}
+
+BoxRegion BoxFormat::read(const Given& given) {
+    const SceneValue::Array& corners = given.array(given.value, 2);
+    const BoxRegion box{given.vector(corners[0]), given.vector(corners[1])};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (box.low[axis] > box.high[axis]) {
+            given.refuse();
+        }
+    }
+    return box;
+}
+
+void BoxFormat::check(const Check& check, const BoxRegion& box) {
+    VectorFormat<double>::check(check, box.low);
+    VectorFormat<double>::check(check, box.high);
+}
+
+SceneValue BoxFormat::write(const BoxRegion& box, const Range& range) {
+    return {
+        SceneValue::Array{VectorFormat<double>::write(box.low, range), VectorFormat<double>::write(box.high, range)}};
+}
+
+std::string TextFormat::read(const Given& given) {
+    const std::string& text = given.as<std::string>();
+    if (text.empty()) {
+        given.refuse();
+    }
+    return text;
+}
+
+std::string NameFormat::read(const Given& given) {
+    std::string name = TextFormat::read(given);
+    if (name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") !=
+        std::string::npos) {
+        given.refuse();
+    }
+    return name;
+}
+
+AxisSet AxesFormat::read(const Given& given) {
+    AxisSet set = 0;
+    const std::string letters = TextFormat::read(given);
+    for (char c : letters) {
+        if (c < 'x' || c > 'z') {
+            given.refuse();
+        }
+        set = static_cast<AxisSet>(set | 1u << (c - 'x'));
+    }
+    // A repeated letter would leave fewer bits than letters.
+    if (static_cast<std::size_t>(std::popcount(set)) != letters.size()) {
+        given.refuse();
+    }
+    return set;
+}
+
+void AxesFormat::check(const Check& check, AxisSet axes) {
+    if (axes < 1 || axes > kAllAxes) {
+        check.refuse(axes, "1 to 7: a bit for each of x, y and z");
+    }
+}
+
+SceneValue AxesFormat::write(AxisSet axes, const Range&) {
+    std::string letters;
+    for (int axis = 0; axis < 3; ++axis) {
+        letters.append((axes >> axis & 1) != 0 ? 1 : 0, static_cast<char>('x' + axis));
+    }
+    return {letters};
+}
+
+int ChoiceFormat::read(const Given& given) {
+    const std::string text = TextFormat::read(given);
+    int number = 0;
+    for (std::string_view known = word(given.range, 0); known != text; known = word(given.range, ++number)) {
+        if (known.empty()) {
+            given.refuse();
+        }
+    }
+    return number;
+}
+
+std::string_view ChoiceFormat::word(const Range& range, int number) {
+    std::string_view rest = range.allowed;
+    for (std::size_t quote = rest.find('"'); quote != std::string_view::npos; quote = rest.find('"'), --number) {
+        rest.remove_prefix(quote + 1);
+        const std::size_t end = rest.find('"');
+        if (number == 0) {
+            return rest.substr(0, end);
+        }
+        rest.remove_prefix(end + 1);
+    }
+    return {};
+}
+
+void AxisFormat::check(const Check& check, int axis) {
+    if (axis < 0 || axis > 2) {
+        check.refuse(axis, "0, 1 or 2: x, y or z");
+    }
+}
+
+} // namespace hybmss::scene_format
