@@ -1,7 +1,5 @@
 #include "solvers/multigrid/cell_stiffness.hpp"
 
-#include "solvers/multigrid/volume_derivatives.hpp"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -30,6 +28,21 @@ double quadratic_form(const CellMatrix& matrix, const double (&v)[8][3]) {
         }
     }
     return sum;
+}
+
+/// phi''(J) of a volume energy at J = 1 + j; see VolumeEnergy.
+double volume_curvature(VolumeEnergy energy, double j) {
+    if (energy == VolumeEnergy::quadratic) {
+        return 1;
+    }
+    if (energy != VolumeEnergy::mean_stretch) {
+        return 0;
+    }
+    if (j < -7.0 / 8.0) {
+        return 0;
+    }
+    const double c = std::cbrt(1 + j), c2 = c * c;
+    return (2 - c) / (c2 * c2 * c);
 }
 
 } // namespace
@@ -107,7 +120,7 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrix& 
         return;
     }
     const double volume = edges[0] * area[0] + edges[1] * area[1] + edges[2] * area[2];
-    double stiffness = scale * kappa_ * volume_derivatives(volume_energy_, volume - 1).second;
+    double stiffness = scale * kappa_ * volume_curvature(volume_energy_, volume - 1);
     double g[8][3];
     for (unsigned corner = 0; corner < 8; ++corner) {
         for (unsigned c = 0; c < 3; ++c) {
@@ -138,6 +151,44 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrix& 
         }
     }
     shape.volume_stiffness = static_cast<float>(stiffness);
+}
+
+void spread_half(CellMatrix& matrix, unsigned axis, bool high) {
+    const std::size_t bit = std::size_t{1} << axis;
+    // The corner whose value is spread in halves over both, and the one that keeps its own.
+    const auto spread = [bit, high](std::size_t corner) { return high ? corner & ~bit : corner | bit; };
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        if (corner & bit) {
+            continue;
+        }
+        const std::size_t s = spread(corner), keep = s ^ bit;
+        float* from = &matrix.block[s][0][0];
+        float* to = &matrix.block[keep][0][0];
+        for (std::size_t i = 0; i < 72; ++i) {
+            from[i] *= 0.5f;
+            to[i] += from[i];
+        }
+    }
+    for (auto& row : matrix.block) {
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            if (corner & bit) {
+                continue;
+            }
+            const std::size_t s = spread(corner), keep = s ^ bit;
+            for (std::size_t i = 0; i < 9; ++i) {
+                row[s][i] *= 0.5f;
+                row[keep][i] += row[s][i];
+            }
+        }
+    }
+}
+
+void add(const CellMatrix& term, CellMatrix& sum) {
+    const float* from = &term.block[0][0][0];
+    float* to = &sum.block[0][0][0];
+    for (std::size_t i = 0; i < 576; ++i) {
+        to[i] += from[i];
+    }
 }
 
 } // namespace hybmss

@@ -1,6 +1,8 @@
 #include "solvers/multigrid/coarse_level.hpp"
 
-#include "solvers/multigrid/bounded_inverse.hpp"
+#include "solvers/newton/preconditioner.hpp"
+
+#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>

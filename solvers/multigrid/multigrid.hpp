@@ -1,7 +1,7 @@
 #pragma once
 
 #include "solvers/multigrid/coarse_level.hpp"
-#include "solvers/newton/block_jacobi.hpp"
+#include "solvers/newton/preconditioner.hpp"
 
 #include <memory>
 #include <optional>
@@ -36,7 +36,7 @@ public:
 
 private:
     static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
-    struct FineLevel; // multigrid_fine_level.hpp
+    struct FineLevel; ///< the finest level as chebyshev() sees it
     struct Node {
         std::size_t grid;      ///< in the padded grid
         std::size_t places[3]; ///< of its components: flat in the array of the component

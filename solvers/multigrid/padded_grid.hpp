@@ -1,5 +1,7 @@
 #pragma once
 
+#include "plan/threads/workers.hpp"
+
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -52,5 +54,17 @@ void for_each_place(const std::array<int, 3>& first, const std::array<int, 3>& l
         }
     }
 }
+
+/// The grid of cells merged two by two along every axis with more than one; the last one of an odd number stays alone,
+/// as the low half of a merged cell.
+PaddedGrid coarsened(const PaddedGrid& fine);
+
+/// coarse = P^T fine: P interpolates linearly along each axis that was merged.
+void restrict_to(const PaddedGrid& fine_grid, const GridVector& fine, const PaddedGrid& coarse_grid, GridVector& coarse,
+                 const Workers& workers);
+
+/// fine += P coarse
+void add_prolonged(const PaddedGrid& coarse_grid, const GridVector& coarse, const PaddedGrid& fine_grid,
+                   GridVector& fine, const Workers& workers);
 
 } // namespace hybmss

@@ -3,9 +3,8 @@
 #include "dynamics/effects/spring_damping.hpp"
 #include "plan/tuning/planned_body.hpp"
 #include "solvers/multigrid/multigrid.hpp"
-#include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/load_stepping.hpp"
-#include "solvers/newton/preconditioner_choice.hpp"
+#include "solvers/newton/preconditioner.hpp"
 
 #include <cmath>
 #include <limits>

@@ -1,8 +1,7 @@
 #pragma once
 
 #include "hybmss/explicit_dynamics.hpp"
-#include "solvers/multigrid/solid_cells.hpp"
-#include "solvers/newton/body_scales.hpp"
+#include "solvers/newton/body_geometry.hpp"
 #include "solvers/newton/vector_space.hpp"
 
 #include <array>

@@ -2,6 +2,7 @@
 
 #include "plan/bodies/body.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -33,10 +34,26 @@ struct MutableFieldView {
 template <class T>
 class VectorSpace {
 public:
-    explicit VectorSpace(const Body<T>& body);
+    explicit VectorSpace(const Body<T>& body) : workers_(&body.workers()) {
+        constexpr std::size_t kPiece = 4096;
+        const State<T> sample = body.make_state(false);
+        for (std::size_t c = 0; c < 3; ++c) {
+            sizes_[c] = sample.displacement[c].size();
+            for (std::size_t begin = 0; begin < sizes_[c]; begin += kPiece) {
+                pieces_.push_back({c, begin, std::min(kPiece, sizes_[c] - begin)});
+            }
+        }
+        partial_.resize(pieces_.size());
+    }
 
     /// A vector of zeros.
-    NodeVector<T> make() const;
+    NodeVector<T> make() const {
+        NodeVector<T> vector;
+        for (std::size_t c = 0; c < 3; ++c) {
+            vector.field[c] = AlignedArray<T>(sizes_[c]);
+        }
+        return vector;
+    }
 
     /// map(a, b, ...) for every component of the vectors, by reference.
     template <class Map, class... Vectors>
@@ -158,8 +175,5 @@ private:
     std::vector<Piece> pieces_;
     mutable std::vector<double> partial_; ///< scratch, one a piece
 };
-
-extern template class VectorSpace<float>;
-extern template class VectorSpace<double>;
 
 } // namespace hybmss

@@ -5,8 +5,8 @@
 #include "hybmss/equilibrium.hpp"
 #include "plan/bodies/layout_table.hpp"
 #include "solvers/multigrid/multigrid.hpp"
-#include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"
+#include "solvers/newton/preconditioner.hpp"
 #include "studies/calculix/program.hpp"
 
 #include <algorithm>

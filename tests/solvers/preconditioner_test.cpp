@@ -2,9 +2,8 @@
 #include "clamped_cube.hpp"
 #include "plan/bodies/layout_table.hpp"
 #include "solvers/multigrid/multigrid.hpp"
-#include "solvers/newton/block_jacobi.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"
-#include "solvers/newton/preconditioner_choice.hpp"
+#include "solvers/newton/preconditioner.hpp"
 
 #include <gtest/gtest.h>
 

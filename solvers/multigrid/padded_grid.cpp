@@ -1,4 +1,4 @@
-#include "solvers/multigrid/grid_transfer.hpp"
+#include "solvers/multigrid/padded_grid.hpp"
 
 namespace hybmss {
 namespace {
