@@ -21,6 +21,12 @@ Lattice lying_bar() {
     return Lattice::box(9, 16, 120, 0.25);
 }
 
+#ifdef __SANITIZE_THREAD__
+constexpr long kSteps = 20; // minutes otherwise, and a race shows in few
+#else
+constexpr long kSteps = 200;
+#endif
+
 template <class T>
 std::uint64_t bits(const Lattice& lattice, const PlanOptions& options, long steps, int expected_threads) {
     Material material;
@@ -29,9 +35,6 @@ std::uint64_t bits(const Lattice& lattice, const PlanOptions& options, long step
     EXPECT_EQ(body.describe().threads, expected_threads);
     EXPECT_EQ(body.describe().instruction_set, options.instruction_set);
     const StepParameters step{0.5 * body.critical_time_step(), {0, -9.81, 0}, 0.3};
-#ifdef __SANITIZE_THREAD__
-    steps = steps / 10; // minutes otherwise, and a race shows in few
-#endif
     return testing::bits_after(body, lattice.cell_size(), step, steps);
 }
 
@@ -45,10 +48,10 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfALattice) {
         PlanOptions options;
         options.instruction_set = set;
         options.threads = 1;
-        const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, 1000, 1);
+        const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, 5 * kSteps, 1);
         for (int threads : {2, 3, 8}) {
             options.threads = threads;
-            EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 1000, threads), one) << name(set) << " " << threads;
+            EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 5 * kSteps, threads), one) << name(set) << " " << threads;
         }
     }
 }
@@ -58,10 +61,10 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfActiveRows) {
     options.instruction_set = available_instruction_sets().back();
     options.layout = "active-rows";
     options.threads = 1;
-    const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, 200, 1);
+    const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, kSteps, 1);
     for (int threads : {2, 3, 8}) {
         options.threads = threads;
-        EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 200, threads), one) << threads;
+        EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, kSteps, threads), one) << threads;
     }
 }
 
@@ -69,10 +72,10 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfALyingBar) {
     PlanOptions options;
     options.instruction_set = available_instruction_sets().back();
     options.threads = 1;
-    const std::uint64_t one = bits<TypeParam>(lying_bar(), options, 200, 1);
+    const std::uint64_t one = bits<TypeParam>(lying_bar(), options, kSteps, 1);
     for (int threads : {2, 3, 8}) {
         options.threads = threads;
-        EXPECT_EQ(bits<TypeParam>(lying_bar(), options, 200, threads), one) << threads;
+        EXPECT_EQ(bits<TypeParam>(lying_bar(), options, kSteps, threads), one) << threads;
     }
 }
 
@@ -83,10 +86,11 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfANetwork) {
             options.layout = layout;
             options.instruction_set = set;
             options.threads = 1;
-            const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, 100, 1);
+            const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, kSteps / 2, 1);
             for (int threads : {2, 3, 8}) {
                 options.threads = threads;
-                EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, 100, threads), one) << layout << " " << threads;
+                EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, kSteps / 2, threads), one)
+                    << layout << " " << threads;
             }
         }
     }
