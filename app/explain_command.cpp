@@ -4,12 +4,13 @@
 #include "app/plan_arguments.hpp"
 #include "app/scene_report.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
-#include "simulation/results/plan_json.hpp"
+#include "simulation/results/results.hpp"
 #include "simulation/run/effect_list.hpp"
 #include "simulation/run/memory.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,6 @@
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 
 #include "simulation/accuracy/mesh_convergence.hpp"
-#include "simulation/run/clamped_edge.hpp"
 #include "simulation/run/memory.hpp"
 
 #include <algorithm>

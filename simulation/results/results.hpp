@@ -6,6 +6,8 @@
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/results/atomic_file.hpp"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -67,6 +69,9 @@ private:
     AtomicFile probes_;
     std::string rows_; ///< of probes.csv
 };
+
+/// What was chosen, as summary.json and `hybmss explain --json` hold it.
+nlohmann::ordered_json plan_json(const PlanDescription& plan);
 
 /// The text of summary.json. Throws NotFinite for a value that is not finite.
 std::string summary_json(const Summary& summary);

@@ -1,7 +1,8 @@
 #include "simulation/results/results.hpp"
 
 #include "hybmss/version.hpp"
-#include "simulation/results/plan_json.hpp"
+
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <stdexcept>
@@ -60,6 +61,19 @@ Json accuracy_json(const AccuracyReport& a) {
 }
 
 } // namespace
+
+Json plan_json(const PlanDescription& plan) {
+    return {{"instruction_set", name(plan.instruction_set)},
+            {"layout", plan.layout},
+            {"kernel", plan.kernel},
+            {"precision", plan.precision},
+            {"threads", plan.threads},
+            {"nodes", plan.nodes},
+            {"springs", plan.springs},
+            {"cells", plan.cells},
+            {"bytes", plan.bytes},
+            {"tiles", plan.tiles}};
+}
 
 std::string summary_json(const Summary& summary) {
     Json json;

@@ -4,7 +4,7 @@
 /// Where a run's energy comes from and goes to.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/run/motion.hpp"
+#include "simulation/run/boundary_conditions.hpp"
 
 #include <span>
 #include <vector>

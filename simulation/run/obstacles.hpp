@@ -5,7 +5,7 @@
 
 #include "hybmss/contact.hpp"
 #include "hybmss/simulation/scene.hpp"
-#include "simulation/run/motion.hpp"
+#include "simulation/run/boundary_conditions.hpp"
 
 #include <span>
 #include <vector>

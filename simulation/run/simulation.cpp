@@ -4,10 +4,23 @@
 #include "simulation/run/simulation_implementation.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 namespace hybmss {
+namespace {
+
+class Stopwatch {
+public:
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+} // namespace
 
 Simulation::Simulation(Scene scene, const SimulationOptions& options)
     : implementation_(std::make_unique<Implementation>(std::move(scene), options)) {}
@@ -92,6 +105,129 @@ Settlement Simulation::settlement() const {
 
 PlanDescription Simulation::describe() const {
     return std::visit([](const auto& d) { return d.describe(); }, implementation_->dynamics);
+}
+
+Summary Simulation::run(const RunCallbacks& callbacks) {
+    const Stopwatch stopwatch;
+    Implementation& body = *implementation_;
+    const auto write = [&] {
+        if (callbacks.output) {
+            callbacks.output();
+        }
+    };
+    std::string failure;
+    bool interrupted = false;
+    if (body.is_static()) {
+        write();
+        failure = body.solve(callbacks);
+        write();
+    } else {
+        failure = run_in_time(
+            callbacks, [&] { return stopwatch.seconds(); }, write, interrupted);
+    }
+    Summary summary = body.summary(std::move(failure));
+    summary.interrupted = interrupted;
+    summary.volume = volume_change();
+    summary.plan = describe();
+    summary.wall_seconds = stopwatch.seconds();
+    return summary;
+}
+
+std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::function<double()>& elapsed,
+                                    const std::function<void()>& write, bool& interrupted) {
+    Implementation& body = *implementation_;
+    // Up to rounding, a duration of n steps takes n steps.
+    const auto steps_until = [&](double t) {
+        return static_cast<long>(std::min(std::ceil(t / body.time_step * (1 - 1e-12)), 1e17));
+    };
+    const Solver& solver = body.scene.solver;
+    const long total = std::max(steps_until(solver.duration), body.steps);
+    const long between_checks = body.steps_between_checks();
+
+    struct Good {
+        std::vector<Vector3> displacements, velocities;
+        std::vector<double> effect_memory;
+        long steps;
+        Implementation::CutsDone cuts;
+    };
+    const auto present = [&] {
+        return Good{displacements(), velocities(), effect_memory_of(body.dynamics), body.steps, body.cuts_done()};
+    };
+
+    std::string failure;
+    Good good = present();
+    if (!std::exchange(body.continued, false)) {
+        write();
+        body.outputs = 1;
+        body.written = body.steps;
+    }
+    while (body.steps < total) {
+        const long next_output =
+            body.scene.output.every
+                ? std::max(steps_until(static_cast<double>(body.outputs) * *body.scene.output.every), body.steps + 1)
+                : total;
+        failure = body.step(std::min({total, next_output, body.steps + between_checks}) - body.steps);
+        if (!failure.empty()) {
+            break;
+        }
+        const Energies energies = body.energies();
+        failure = body.blow_up(energies);
+        if (!failure.empty()) {
+            body.restore(good.displacements, good.velocities, good.effect_memory, good.steps, good.cuts);
+            break;
+        }
+        good = present();
+        const bool test = solver.tolerance && !body.changing();
+        const Settlement settlement = test || callbacks.progress ? body.settlement(energies) : Settlement{};
+        if (callbacks.progress) {
+            callbacks.progress({body.steps, total, body.time(), elapsed(), energies, settlement, {}});
+        }
+        if (body.steps >= next_output && body.scene.output.every) {
+            write();
+            body.written = body.steps;
+            ++body.outputs;
+        }
+        if (test && settlement.settled) {
+            break;
+        }
+        // Only here, where nothing of this check is left to do: what goes on from a checkpoint begins with a step.
+        if (callbacks.checkpoint && !callbacks.checkpoint()) {
+            interrupted = true;
+            return "";
+        }
+    }
+    if (body.written != body.steps) {
+        write();
+        body.written = body.steps;
+    }
+    return failure;
+}
+
+Summary Simulation::Implementation::summary(std::string failure) const {
+    Summary summary;
+    summary.failure = std::move(failure);
+    summary.energies = energies();
+    summary.settlement = settlement(summary.energies);
+    summary.converged = summary.settlement.settled && summary.failure.empty();
+    if (!is_static() && scene.solver.tolerance && !summary.converged && summary.failure.empty()) {
+        summary.failure =
+            text("not settled after duration = %.6g s: residual %.3g, kinetic ratio %.3g, tolerance %.3g%s",
+                 scene.solver.duration, summary.settlement.residual, summary.settlement.kinetic_ratio,
+                 *scene.solver.tolerance, moving() ? "; a motion has not ended" : "");
+    }
+    summary.probes = read_probes();
+    summary.obstacles = read_obstacles();
+    summary.warnings = warnings(summary.obstacles);
+    if (meter) {
+        summary.balance = meter->balance();
+    }
+    summary.steps = steps;
+    summary.time = time();
+    summary.time_step = time_step;
+    summary.critical_time_step = critical_time_step;
+    summary.work = work;
+    summary.removed_cells = removed.size();
+    return summary;
 }
 
 } // namespace hybmss

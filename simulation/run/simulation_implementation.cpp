@@ -1,18 +1,17 @@
 #include "simulation/run/simulation_implementation.hpp"
 
 #include "plan/bodies/layout_table.hpp"
-#include "simulation/run/loads.hpp"
 #include "simulation/run/memory.hpp"
 #include "simulation/scene/scene_body.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
 namespace hybmss {
 namespace {
 
-constexpr double kDefaultTolerance = 1e-4;
 // Stiffness grows where a body is compressed; the margin keeps the step stable there.
 constexpr double kTimeStepFraction = 0.7;
 // An implicit step may be any length; this one still follows the slow motions well.
@@ -83,6 +82,21 @@ void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
     }
 }
 
+/// What a Newton solve may leave unbalanced, where the scene does not say.
+double default_tolerance(Precision precision) {
+    return precision == Precision::float32 ? 1e-4 : 1e-8;
+}
+
+/// Why a solve failed, and what the scene may do about it.
+std::string explained(const EquilibriumResult& result, const Scene& scene) {
+    std::string why = result.message;
+    if (volume_modulus(scene.material) < 0 && scene.material.volume_energy == VolumeEnergy::quadratic) {
+        why += "; volume_energy = \"quadratic\" has no lower bound in tension at a poisson_ratio below 0.25: "
+               "\"mean_stretch\" has";
+    }
+    return why;
+}
+
 } // namespace
 
 std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest) {
@@ -145,22 +159,6 @@ void Simulation::Implementation::check_start() const {
                                    reading.nodes, reading.depth, scene.body.cell_size));
         }
     }
-}
-
-MeteredState Simulation::Implementation::metered_state() const {
-    MeteredState state;
-    state.displacements = displacements_of(dynamics);
-    state.forces = forces_of(dynamics);
-    state.held.assign(supports.present().begin(), supports.present().end());
-    state.accelerations.assign(supports.accelerations().begin(), supports.accelerations().end());
-    const std::vector<NamedObstacleReading> readings = read_obstacles();
-    for (std::size_t o = 0; o < readings.size(); ++o) {
-        state.obstacles.push_back({obstacles.poses()[o].position, obstacles.angles()[o], readings[o].reading.force,
-                                   readings[o].reading.torque});
-    }
-    state.elastic = std::visit([](const auto& d) { return d.potential_energy().total(); }, dynamics);
-    state.effects = effect_energies_of(dynamics);
-    return state;
 }
 
 void Simulation::Implementation::prescribe() {
@@ -252,140 +250,80 @@ void Simulation::Implementation::restore(std::span<const Vector3> displacements,
     set_effect_memory(dynamics, effect_memory);
 }
 
-std::span<const double> Simulation::Implementation::masses() const {
-    return std::visit([](const auto& d) { return d.masses(); }, dynamics);
-}
-
-NodalForces Simulation::Implementation::nodal_forces(std::span<const Vector3> internal) const {
-    return {internal, masses(), scene.gravity.acceleration, scene.damping.mass, loads};
-}
-
-double Simulation::Implementation::stored_in_effects() const {
-    double sum = 0;
-    for (const EffectEnergy& effect : effect_energies_of(dynamics)) {
-        sum += effect.stored;
-    }
-    return sum;
-}
-
-double Simulation::Implementation::external_energy(std::span<const Vector3> displacements) const {
-    const Vector3& g = scene.gravity.acceleration;
-    const std::span<const double> mass = masses();
-    double sum = 0;
-    for (std::size_t n = 0; n < displacements.size(); ++n) {
-        const Vector3& u = displacements[n];
-        for (std::size_t a = 0; a < 3; ++a) {
-            sum -= (mass[n] * g[a] + (loads.empty() ? 0 : loads[n][a])) * u[a];
-        }
-    }
-    return sum;
-}
-
-Energies Simulation::Implementation::energies() const {
-    Energies energies;
-    std::visit(
-        [&](const auto& d) {
-            const PotentialEnergy potential = d.potential_energy();
-            energies.springs = potential.springs;
-            energies.volume = potential.volume;
-            energies.kinetic = d.kinetic_energy();
-        },
-        dynamics);
-    energies.effects = effect_energies_of(dynamics);
-    if (scene.gravity.acceleration != Vector3{0, 0, 0} || !loads.empty()) {
-        energies.external = external_energy(displacements_of(dynamics));
-    }
-    energies.removed = removed_energy;
-    return energies;
-}
-
-double Simulation::Implementation::body_volume() const {
-    const double h = lattice.cell_size();
-    // Of a body that was cut away to nothing, one cell's: it divides.
-    return static_cast<double>(std::max<std::size_t>(lattice.cell_count(), 1)) * h * h * h;
-}
-
-Settlement Simulation::Implementation::settlement(const Energies& energies) const {
+EquilibriumOptions Simulation::Implementation::equilibrium_options() const {
+    const double tolerance = default_tolerance(options.precision);
+    EquilibriumOptions solve;
+    solve.preconditioner = scene.solver.preconditioner;
     if (is_static()) {
-        return {solved_residual, 0, solved};
+        solve.tolerance = scene.solver.tolerance.value_or(tolerance);
+        solve.first_load_step = 1.0 / scene.solver.load_steps;
+        solve.load_steps = std::max(solve.load_steps, 10 * scene.solver.load_steps);
+        solve.smallest_load_step = std::min(solve.smallest_load_step, solve.first_load_step);
+    } else {
+        // A step's own error is far larger.
+        solve.tolerance = std::max(tolerance, std::min(1e-6, 0.1 * scene.solver.tolerance.value_or(1)));
     }
-    const double tolerance = scene.solver.tolerance.value_or(kDefaultTolerance);
-    // The floors stand for a strain of 1e-9: a body deformed less counts as undeformed.
-    const double E = scene.material.young_modulus, h = lattice.cell_size();
-    const double potential = std::max(energies.springs + energies.volume, 1e-18 * E * body_volume());
-    const std::vector<Vector3> internal = forces_of(dynamics);
-    Settlement s;
-    s.kinetic_ratio = std::sqrt(energies.kinetic / potential);
-    s.residual = relative_residual(nodal_forces(internal), supports.present(), 1e-9 * E * h * h);
-    s.settled = !changing() && s.residual <= tolerance && s.kinetic_ratio <= tolerance;
-    return s;
+    return solve;
 }
 
-long Simulation::Implementation::steps_between_checks() const {
-    return scene.solver.method == SolverMethod::symplectic_euler ? 50 : 1;
+void Simulation::Implementation::add_work(const EquilibriumResult& result) {
+    work.newton_iterations += result.newton_iterations;
+    work.cg_iterations += result.cg_iterations;
+    work.load_steps += result.load_steps;
+    work.failed_load_steps += result.failed_load_steps;
+    work.preconditioner = result.preconditioner;
 }
 
-std::string Simulation::Implementation::blow_up(const Energies& e) const {
-    const SpringStiffening& stiffening = scene.material.stiffening;
-    const double bound = 1e4 * (1 + std::abs(stiffening.quadratic) + stiffening.cubic) *
-                         (scene.material.young_modulus + std::abs(volume_modulus(scene.material))) * body_volume();
-    const double potential = e.springs + e.volume;
-    const char* cause = !std::isfinite(potential) || !std::isfinite(e.kinetic) || !std::isfinite(e.external)
-                            ? "the state is not finite any more"
-                        : std::abs(potential) > bound ? "the elastic energy grows without bound"
-                                                      : nullptr;
-    if (!cause) {
+std::string Simulation::Implementation::solve(const RunCallbacks& callbacks) {
+    EquilibriumOptions solve = equilibrium_options();
+    if (callbacks.progress) {
+        solve.progress = [&, start = std::chrono::steady_clock::now()](const EquilibriumProgress& progress) {
+            Progress report;
+            report.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            report.solve = progress;
+            callbacks.progress(report);
+            return true;
+        };
+    }
+    const auto loading = [&](double fraction) {
+        const std::span<const PrescribedNode> held = supports.at_part(fraction);
+        Loading part{{held.begin(), held.end()}, loads, scene.gravity.acceleration};
+        for (std::size_t a = 0; a < 3; ++a) {
+            part.acceleration[a] *= fraction;
+            for (Vector3& force : part.forces) {
+                force[a] *= fraction;
+            }
+        }
+        return part;
+    };
+    const EquilibriumResult result = on_implicit([&](auto& d) { return d.follow(loading, solve); });
+    load_fraction = result.load_fraction;
+    prescribe();
+    add_work(result);
+    steps = work.load_steps;
+    solved_residual = result.residual;
+    solved = result.status == EquilibriumStatus::converged;
+    if (solved) {
         return "";
     }
-    // Below nu = 1/4 the volume energy of inverted cells has no lower bound: no step is small enough for them.
-    const char* inverted = scene.material.poisson_ratio < 0.25 ? "; cells that turn inside out do this below "
-                                                                 "poisson_ratio = 0.25, whatever the step"
-                                                               : "";
-    return text(
-        "diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or gentler motions "
-        "and loads may help%s",
-        steps, time(), cause, time_step, inverted);
+    return text("no equilibrium (%s): ", std::string(name(result.status)).c_str()) + explained(result, scene);
 }
 
-std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() const {
-    std::vector<ObstacleReading> readings;
-    if (const auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
-        readings = single->obstacle_readings();
-    } else if (const auto* in_double = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
-        readings = in_double->obstacle_readings();
+std::string Simulation::Implementation::implicit_step() {
+    const double end = static_cast<double>(steps + 1) * time_step;
+    const std::span<const PrescribedNode> held = supports.at(end);
+    const Loading loading{{held.begin(), held.end()}, loads, scene.gravity.acceleration};
+    const EquilibriumResult result =
+        on_implicit([&](auto& d) { return d.step(loading, time_step, scene.damping.mass, equilibrium_options()); });
+    add_work(result);
+    if (result.status == EquilibriumStatus::converged) {
+        ++steps;
+        return "";
     }
-    std::vector<NamedObstacleReading> named;
-    for (std::size_t o = 0; o < readings.size(); ++o) {
-        named.push_back({scene.obstacles[o].name, readings[o]});
-    }
-    return named;
-}
-
-std::vector<std::string> Simulation::Implementation::warnings(std::span<const NamedObstacleReading> readings) const {
-    std::vector<std::string> lines;
-    for (std::size_t o = 0; o < readings.size(); ++o) {
-        const double depth = readings[o].reading.greatest_depth, good = obstacles.greatest_good_depth(o);
-        if (depth > good) {
-            lines.push_back(text("nodes were up to %.3g m deep in %s, where more than %.3g m may let them through; a "
-                                 "slower impact, a stiffer or a thicker obstacle may help",
-                                 depth, readings[o].name.c_str(), good));
-        }
-    }
-    return lines;
-}
-
-std::vector<ProbeReading> Simulation::Implementation::read_probes() const {
-    if (probes.empty()) {
-        return {};
-    }
-    const std::vector<Vector3> internal = forces_of(dynamics), u = displacements_of(dynamics);
-    const std::vector<Vector3> support =
-        support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
-    std::vector<ProbeReading> readings;
-    for (const ProbeNodes& probe : probes) {
-        readings.push_back(read_probe(probe, rest, u, support));
-    }
-    return readings;
+    supports.at(time());
+    return text("step %ld (t = %.6g s) did not converge (%s, residual %.3g): ", steps + 1, end,
+                std::string(name(result.status)).c_str(), result.residual) +
+           explained(result, scene);
 }
 
 } // namespace hybmss

@@ -5,12 +5,12 @@
 
 #include "hybmss/simulation/simulation.hpp"
 #include "plan/bodies/critical_time_step.hpp"
+#include "simulation/run/any_dynamics.hpp"
+#include "simulation/run/boundary_conditions.hpp"
 #include "simulation/run/cutting.hpp"
-#include "simulation/run/dynamics_state.hpp"
 #include "simulation/run/energy_meter.hpp"
-#include "simulation/run/equilibrium.hpp"
 #include "simulation/run/obstacles.hpp"
-#include "simulation/run/supports.hpp"
+#include "simulation/run/readings.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,7 +1,6 @@
 #include "studies/calculix/problem.hpp"
 
-#include "simulation/run/loads.hpp"
-#include "simulation/run/supports.hpp"
+#include "simulation/run/boundary_conditions.hpp"
 #include "simulation/scene/scene_body.hpp"
 
 namespace hybmss::calculix {

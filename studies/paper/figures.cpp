@@ -2,7 +2,7 @@
 
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/geometry/cell_volume.hpp"
-#include "simulation/run/equilibrium.hpp"
+#include "simulation/run/readings.hpp"
 #include "simulation/scene/scene_body.hpp"
 #include "studies/calculix/problem.hpp"
 #include "studies/calculix/program.hpp"

@@ -1,8 +1,8 @@
 #include "studies/price/reference.hpp"
 
+#include "simulation/accuracy/mesh_convergence.hpp"
 #include "simulation/geometry/cell_volume.hpp"
-#include "simulation/run/clamped_edge.hpp"
-#include "simulation/run/equilibrium.hpp"
+#include "simulation/run/readings.hpp"
 #include "simulation/scene/scene_body.hpp"
 #include "studies/calculix/problem.hpp"
 #include "studies/calculix/program.hpp"

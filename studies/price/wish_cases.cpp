@@ -1,7 +1,6 @@
 #include "studies/price/wish_cases.hpp"
 
 #include "simulation/accuracy/mesh_convergence.hpp"
-#include "simulation/run/clamped_edge.hpp"
 
 #include <fmt/format.h>
 

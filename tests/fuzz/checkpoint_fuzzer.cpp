@@ -4,7 +4,7 @@
 
 #include "hybmss/simulation/simulation.hpp"
 #include "plan/tuning/digest.hpp"
-#include "simulation/run/checkpoint_file.hpp"
+#include "simulation/run/checkpoint.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 
 #include <fuzzer/FuzzedDataProvider.h>

@@ -1,7 +1,7 @@
 /// The ramp of moved nodes: rigid, smooth, and with velocities and accelerations that are its derivatives.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/run/motion.hpp"
+#include "simulation/run/boundary_conditions.hpp"
 #include "tests/program.hpp"
 
 #include <cmath>

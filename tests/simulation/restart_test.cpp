@@ -1,7 +1,7 @@
 /// Checkpoints: a run that was stopped goes on to the same bits, and what is no checkpoint of it is refused.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/run/checkpoint_file.hpp"
+#include "simulation/run/checkpoint.hpp"
 #include "tests/program.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // Work and precision: the parts that the tables of `hybmss-study price` are made of.
 
-#include "simulation/run/clamped_edge.hpp"
+#include "simulation/accuracy/mesh_convergence.hpp"
 #include "studies/price/points.hpp"
 #include "studies/price/time_steps.hpp"
 

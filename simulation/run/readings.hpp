@@ -1,10 +1,10 @@
 #pragma once
 
 /// \file
-/// What the supports carry and what is left unbalanced.
+/// What is read of a body's state: what its supports carry and what is left unbalanced.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/run/motion.hpp"
+#include "simulation/scene/scene_body.hpp"
 
 #include <cstdint>
 #include <span>

@@ -1,9 +1,21 @@
-#include "simulation/run/dynamics_state.hpp"
+#include "simulation/run/any_dynamics.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 namespace hybmss {
 namespace {
+
+template <class T>
+void copy(VectorField<const T> from, VectorField<T> to) {
+    for (std::size_t n = 0; n < from.size; ++n) {
+        const auto in = static_cast<std::ptrdiff_t>(n) * from.stride, out = static_cast<std::ptrdiff_t>(n) * to.stride;
+        to.x[out] = from.x[in];
+        to.y[out] = from.y[in];
+        to.z[out] = from.z[in];
+    }
+}
 
 /// What get(dynamics, field) writes.
 template <class T, template <class> class Dynamics, class Get>
@@ -38,6 +50,92 @@ void write(Dynamics<T>& dynamics, std::span<const Vector3> displacements, std::s
 }
 
 } // namespace
+
+template <class T>
+ImplicitDynamics<T>::ImplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options)
+    : solver_(lattice, material, options), displacement_(3 * solver_.node_count(), T(0)),
+      velocity_(displacement_.size(), T(0)) {}
+
+template <class T>
+EquilibriumResult ImplicitDynamics<T>::step(const Loading& loading, double time_step, double mass_damping,
+                                            const EquilibriumOptions& options) {
+    Field displacement = displacement_, velocity = velocity_;
+    EquilibriumResult result =
+        solver_.step(loading, time_step, mass_damping, view(displacement), view(velocity), options);
+    if (result.status == EquilibriumStatus::converged) {
+        displacement_.swap(displacement);
+        velocity_.swap(velocity);
+    }
+    return result;
+}
+
+template <class T>
+EquilibriumResult ImplicitDynamics<T>::follow(const std::function<Loading(double fraction)>& path,
+                                              const EquilibriumOptions& options) {
+    std::fill(velocity_.begin(), velocity_.end(), T(0));
+    return solver_.follow(path, view(displacement_), options);
+}
+
+template <class T>
+void ImplicitDynamics<T>::get_displacements(VectorField<T> out) const {
+    copy(view(displacement_), out);
+}
+template <class T>
+void ImplicitDynamics<T>::get_velocities(VectorField<T> out) const {
+    copy(view(velocity_), out);
+}
+template <class T>
+void ImplicitDynamics<T>::set_displacements(VectorField<const T> in) {
+    copy(in, view(displacement_));
+}
+template <class T>
+void ImplicitDynamics<T>::set_velocities(VectorField<const T> in) {
+    copy(in, view(velocity_));
+}
+template <class T>
+std::vector<T> ImplicitDynamics<T>::exact_state() const {
+    std::vector<T> values = displacement_;
+    values.insert(values.end(), velocity_.begin(), velocity_.end());
+    const std::vector<T> memory = solver_.memory();
+    values.insert(values.end(), memory.begin(), memory.end());
+    return values;
+}
+template <class T>
+void ImplicitDynamics<T>::set_exact_state(std::span<const T> values) {
+    const std::size_t size = displacement_.size();
+    if (values.size() < 2 * size) {
+        throw std::invalid_argument("state of " + std::to_string(values.size()) + " values given: the body's " +
+                                    std::to_string(node_count()) + " nodes have six each");
+    }
+    std::copy_n(values.begin(), size, displacement_.begin());
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(size), size, velocity_.begin());
+    solver_.set_memory(values.subspan(2 * size));
+}
+template <class T>
+void ImplicitDynamics<T>::get_forces(VectorField<T> out) const {
+    solver_.get_forces(view(displacement_), out);
+}
+
+template <class T>
+PotentialEnergy ImplicitDynamics<T>::potential_energy() const {
+    Field force(displacement_.size());
+    return solver_.get_forces(view(displacement_), view(force));
+}
+
+template <class T>
+double ImplicitDynamics<T>::kinetic_energy() const {
+    double sum = 0;
+    for (std::size_t n = 0; n < node_count(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto v = static_cast<double>(velocity_[3 * n + a]);
+            sum += 0.5 * masses()[n] * v * v;
+        }
+    }
+    return sum;
+}
+
+template class ImplicitDynamics<float>;
+template class ImplicitDynamics<double>;
 
 AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
                           const SimulationOptions& options) {

@@ -1,19 +1,43 @@
 #pragma once
 
 /// \file
-/// The nodes that fixes and moves hold, merged to one entry a node.
+/// The nodes that a scene fixes, moves and loads, and how what it moves travels.
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/simulation/scene.hpp"
-#include "simulation/run/motion.hpp"
 #include "simulation/scene/scene_body.hpp"
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
 
 namespace hybmss {
+
+/// A smooth step from 0 to 1 with its first two derivatives in time.
+struct Ramp {
+    double value = 0;
+    double rate = 0;         ///< 1/s
+    double acceleration = 0; ///< 1/s^2
+};
+
+/// s = 10 r^3 - 15 r^4 + 6 r^5, r = t / over held in [0, 1]: velocity and acceleration begin and end at zero, so that
+/// the plate sends no shock through the body. `over` = 0 is a jump without velocity.
+Ramp ramp(double time, double over);
+
+/// What a node does at one moment.
+struct Kinematics {
+    Vector3 displacement = {0, 0, 0};
+    Vector3 velocity = {0, 0, 0};
+    Vector3 acceleration = {0, 0, 0};
+};
+
+/// Where a node stands when the part `fraction` of the way is done: of the translation, or of the angle.
+Vector3 moved_part(const Move& move, const Vector3& rest, const Vector3& center, double fraction);
+
+/// The state at `time` of the node at `rest`; rotations turn about the axis through `center`.
+Kinematics moved(const Move& move, const Vector3& rest, const Vector3& center, double time);
 
 /// Which axes of which nodes are held, and how they move.
 class Supports {
@@ -59,5 +83,9 @@ private:
 /// The nodes of a scene's region. Throws SceneError at `path` where there is none.
 std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3> rest, const Region& region,
                                     const std::string& path);
+
+/// The sum of all [[load]]s on each node, N; nothing at all where the scene has none. Throws SceneError where a region
+/// is empty.
+std::vector<Vector3> nodal_loads(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest);
 
 } // namespace hybmss

@@ -1,0 +1,222 @@
+#include "simulation/run/readings.hpp"
+
+#include "simulation/run/simulation_implementation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss {
+namespace {
+
+constexpr double kDefaultTolerance = 1e-4;
+
+} // namespace
+
+std::vector<Vector3> support_forces(const NodalForces& forces, std::span<const PrescribedNode> held,
+                                    std::span<const Vector3> accelerations) {
+    std::vector<Vector3> support(forces.internal.size(), Vector3{0, 0, 0});
+    for (std::size_t i = 0; i < held.size(); ++i) {
+        const std::size_t n = held[i].node;
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (held[i].axes >> a & 1) {
+                const double inertia =
+                    accelerations[i][a] + forces.mass_damping * held[i].velocity[a] - forces.gravity[a];
+                support[n][a] = forces.masses[n] * inertia - forces.internal[n][a] - forces.load(n, a);
+            }
+        }
+    }
+    return support;
+}
+
+double relative_residual(const NodalForces& forces, std::span<const PrescribedNode> held, double floor) {
+    double unbalanced = 0, scale = floor;
+    std::size_t next = 0;
+    for (std::size_t n = 0; n < forces.internal.size(); ++n) {
+        const bool is_held = next < held.size() && held[next].node == n;
+        const unsigned axes = is_held ? held[next].axes : 0u;
+        next += is_held;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double weight = forces.masses[n] * forces.gravity[a] + forces.load(n, a);
+            const double sum = std::abs(forces.internal[n][a] + weight);
+            double& largest = axes >> a & 1 ? scale : unbalanced;
+            largest = std::max(largest, sum);
+            scale = std::max(scale, std::abs(weight));
+        }
+    }
+    return unbalanced / scale;
+}
+
+ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, std::span<const Vector3> displacements,
+                        std::span<const Vector3> support) {
+    ProbeReading reading;
+    reading.name = probe.name;
+    const auto count = static_cast<double>(probe.nodes.size());
+    for (std::uint32_t n : probe.nodes) {
+        const Vector3 &u = displacements[n], &f = support[n];
+        Vector3 r{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            r[a] = rest[n][a] - probe.centroid[a] + u[a];
+            reading.force[a] += f[a];
+            reading.mean_displacement[a] += u[a] / count;
+        }
+        reading.torque[0] += r[1] * f[2] - r[2] * f[1];
+        reading.torque[1] += r[2] * f[0] - r[0] * f[2];
+        reading.torque[2] += r[0] * f[1] - r[1] * f[0];
+        reading.max_displacement = std::max(reading.max_displacement, std::hypot(u[0], u[1], u[2]));
+    }
+    return reading;
+}
+
+std::span<const double> Simulation::Implementation::masses() const {
+    return std::visit([](const auto& d) { return d.masses(); }, dynamics);
+}
+
+NodalForces Simulation::Implementation::nodal_forces(std::span<const Vector3> internal) const {
+    return {internal, masses(), scene.gravity.acceleration, scene.damping.mass, loads};
+}
+
+double Simulation::Implementation::stored_in_effects() const {
+    double sum = 0;
+    for (const EffectEnergy& effect : effect_energies_of(dynamics)) {
+        sum += effect.stored;
+    }
+    return sum;
+}
+
+double Simulation::Implementation::external_energy(std::span<const Vector3> displacements) const {
+    const Vector3& g = scene.gravity.acceleration;
+    const std::span<const double> mass = masses();
+    double sum = 0;
+    for (std::size_t n = 0; n < displacements.size(); ++n) {
+        const Vector3& u = displacements[n];
+        for (std::size_t a = 0; a < 3; ++a) {
+            sum -= (mass[n] * g[a] + (loads.empty() ? 0 : loads[n][a])) * u[a];
+        }
+    }
+    return sum;
+}
+
+Energies Simulation::Implementation::energies() const {
+    Energies energies;
+    std::visit(
+        [&](const auto& d) {
+            const PotentialEnergy potential = d.potential_energy();
+            energies.springs = potential.springs;
+            energies.volume = potential.volume;
+            energies.kinetic = d.kinetic_energy();
+        },
+        dynamics);
+    energies.effects = effect_energies_of(dynamics);
+    if (scene.gravity.acceleration != Vector3{0, 0, 0} || !loads.empty()) {
+        energies.external = external_energy(displacements_of(dynamics));
+    }
+    energies.removed = removed_energy;
+    return energies;
+}
+
+double Simulation::Implementation::body_volume() const {
+    const double h = lattice.cell_size();
+    // Of a body that was cut away to nothing, one cell's: it divides.
+    return static_cast<double>(std::max<std::size_t>(lattice.cell_count(), 1)) * h * h * h;
+}
+
+Settlement Simulation::Implementation::settlement(const Energies& energies) const {
+    if (is_static()) {
+        return {solved_residual, 0, solved};
+    }
+    const double tolerance = scene.solver.tolerance.value_or(kDefaultTolerance);
+    // The floors stand for a strain of 1e-9: a body deformed less counts as undeformed.
+    const double E = scene.material.young_modulus, h = lattice.cell_size();
+    const double potential = std::max(energies.springs + energies.volume, 1e-18 * E * body_volume());
+    const std::vector<Vector3> internal = forces_of(dynamics);
+    Settlement s;
+    s.kinetic_ratio = std::sqrt(energies.kinetic / potential);
+    s.residual = relative_residual(nodal_forces(internal), supports.present(), 1e-9 * E * h * h);
+    s.settled = !changing() && s.residual <= tolerance && s.kinetic_ratio <= tolerance;
+    return s;
+}
+
+long Simulation::Implementation::steps_between_checks() const {
+    return scene.solver.method == SolverMethod::symplectic_euler ? 50 : 1;
+}
+
+std::string Simulation::Implementation::blow_up(const Energies& e) const {
+    const SpringStiffening& stiffening = scene.material.stiffening;
+    const double bound = 1e4 * (1 + std::abs(stiffening.quadratic) + stiffening.cubic) *
+                         (scene.material.young_modulus + std::abs(volume_modulus(scene.material))) * body_volume();
+    const double potential = e.springs + e.volume;
+    const char* cause = !std::isfinite(potential) || !std::isfinite(e.kinetic) || !std::isfinite(e.external)
+                            ? "the state is not finite any more"
+                        : std::abs(potential) > bound ? "the elastic energy grows without bound"
+                                                      : nullptr;
+    if (!cause) {
+        return "";
+    }
+    // Below nu = 1/4 the volume energy of inverted cells has no lower bound: no step is small enough for them.
+    const char* inverted = scene.material.poisson_ratio < 0.25 ? "; cells that turn inside out do this below "
+                                                                 "poisson_ratio = 0.25, whatever the step"
+                                                               : "";
+    return text(
+        "diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or gentler motions "
+        "and loads may help%s",
+        steps, time(), cause, time_step, inverted);
+}
+
+std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() const {
+    std::vector<ObstacleReading> readings;
+    if (const auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
+        readings = single->obstacle_readings();
+    } else if (const auto* in_double = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
+        readings = in_double->obstacle_readings();
+    }
+    std::vector<NamedObstacleReading> named;
+    for (std::size_t o = 0; o < readings.size(); ++o) {
+        named.push_back({scene.obstacles[o].name, readings[o]});
+    }
+    return named;
+}
+
+std::vector<std::string> Simulation::Implementation::warnings(std::span<const NamedObstacleReading> readings) const {
+    std::vector<std::string> lines;
+    for (std::size_t o = 0; o < readings.size(); ++o) {
+        const double depth = readings[o].reading.greatest_depth, good = obstacles.greatest_good_depth(o);
+        if (depth > good) {
+            lines.push_back(text("nodes were up to %.3g m deep in %s, where more than %.3g m may let them through; a "
+                                 "slower impact, a stiffer or a thicker obstacle may help",
+                                 depth, readings[o].name.c_str(), good));
+        }
+    }
+    return lines;
+}
+
+std::vector<ProbeReading> Simulation::Implementation::read_probes() const {
+    if (probes.empty()) {
+        return {};
+    }
+    const std::vector<Vector3> internal = forces_of(dynamics), u = displacements_of(dynamics);
+    const std::vector<Vector3> support =
+        support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
+    std::vector<ProbeReading> readings;
+    for (const ProbeNodes& probe : probes) {
+        readings.push_back(read_probe(probe, rest, u, support));
+    }
+    return readings;
+}
+
+MeteredState Simulation::Implementation::metered_state() const {
+    MeteredState state;
+    state.displacements = displacements_of(dynamics);
+    state.forces = forces_of(dynamics);
+    state.held.assign(supports.present().begin(), supports.present().end());
+    state.accelerations.assign(supports.accelerations().begin(), supports.accelerations().end());
+    const std::vector<NamedObstacleReading> readings = read_obstacles();
+    for (std::size_t o = 0; o < readings.size(); ++o) {
+        state.obstacles.push_back({obstacles.poses()[o].position, obstacles.angles()[o], readings[o].reading.force,
+                                   readings[o].reading.torque});
+    }
+    state.elastic = std::visit([](const auto& d) { return d.potential_energy().total(); }, dynamics);
+    state.effects = effect_energies_of(dynamics);
+    return state;
+}
+
+} // namespace hybmss
