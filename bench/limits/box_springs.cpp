@@ -3,8 +3,30 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 namespace hybmss::bench {
+
+#define HYBMSS_BUILT_ONLY
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    namespace set {                                                                                                    \
+    extern const SpringForms spring_forms;                                                                             \
+    }
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+
+const SpringForms& spring_forms(InstructionSet wanted) {
+    switch (wanted) {
+#define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
+    case InstructionSet::set:                                                                                          \
+        return set::spring_forms;
+#include "kernels/instruction_sets.inc"
+#undef HYBMSS_INSTRUCTION_SET
+    default:
+        throw std::invalid_argument("no loops for the instruction set " + std::string(name(wanted)));
+    }
+}
+
 namespace {
 
 constexpr std::size_t kVectorSlack = 64;

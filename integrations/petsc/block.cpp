@@ -1,10 +1,45 @@
 #include "integrations/petsc/block.hpp"
 
-#include "integrations/petsc/process_grid.hpp"
-
 #include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
 
 namespace hybmss::distributed {
+
+double most_ghosts(const std::array<long, 3>& nodes, const ProcessGrid& processes) {
+    double owned = 1, ghosted = 1;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const long own = (nodes[a] + processes[a] - 1) / processes[a];
+        owned *= static_cast<double>(own);
+        ghosted *= static_cast<double>(own + std::min(processes[a] - 1, 2L));
+    }
+    return ghosted - owned;
+}
+
+ProcessGrid choose_process_grid(const std::array<long, 3>& nodes, long ranks) {
+    ProcessGrid best = {0, 0, 0};
+    double fewest = std::numeric_limits<double>::infinity();
+    for (long px = 1; px <= std::min(ranks, nodes[0]); ++px) {
+        for (long py = 1; ranks % px == 0 && py <= std::min(ranks / px, nodes[1]); ++py) {
+            const long pz = ranks / px / py;
+            if (px * py * pz != ranks || pz > nodes[2]) {
+                continue;
+            }
+            if (const double ghosts = most_ghosts(nodes, {px, py, pz}); ghosts < fewest) {
+                fewest = ghosts;
+                best = {px, py, pz};
+            }
+        }
+    }
+    if (best[0] == 0) {
+        const auto text = [&](std::size_t a) { return std::to_string(nodes[a]); };
+        throw std::invalid_argument("ranks = " + std::to_string(ranks) + " is not allowed for " + text(0) + " x " +
+                                    text(1) + " x " + text(2) + " nodes: it must be a product of three counts, none " +
+                                    "above the nodes along its axis");
+    }
+    return best;
+}
 
 std::size_t NodeBox::count() const {
     return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
@@ -116,6 +151,41 @@ std::optional<Lattice> Block::cells_between(bool counted_once) const {
     }
     return Lattice::from_cells(static_cast<int>(ghosted_.size[0]) - 1, static_cast<int>(ghosted_.size[1]) - 1,
                                static_cast<int>(ghosted_.size[2]) - 1, grid_.cell_size, std::move(scales));
+}
+
+std::vector<HeldComponent> held_components(const Block& block, const Supports& supports) {
+    std::vector<HeldComponent> held;
+    const NodeBox& mine = block.owned();
+    for (PetscInt k = mine.low[2]; k < mine.low[2] + mine.size[2]; ++k) {
+        for (PetscInt j = mine.low[1]; j < mine.low[1] + mine.size[1]; ++j) {
+            for (PetscInt i = mine.low[0]; i < mine.low[0] + mine.size[0]; ++i) {
+                if (const auto displacement = supports(i, j, k)) {
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        held.push_back({3 * mine.index(i, j, k) + c, (*displacement)[c]});
+                    }
+                }
+            }
+        }
+    }
+    return held;
+}
+
+void set_held(Vec vector, const std::vector<HeldComponent>& held) {
+    PetscScalar* values = nullptr;
+    check(VecGetArray(vector, &values));
+    for (const HeldComponent& component : held) {
+        values[component.index] = component.displacement;
+    }
+    check(VecRestoreArray(vector, &values));
+}
+
+void clear_held(Vec vector, const std::vector<HeldComponent>& held) {
+    PetscScalar* values = nullptr;
+    check(VecGetArray(vector, &values));
+    for (const HeldComponent& component : held) {
+        values[component.index] = 0;
+    }
+    check(VecRestoreArray(vector, &values));
 }
 
 } // namespace hybmss::distributed

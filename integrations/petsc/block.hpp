@@ -1,5 +1,8 @@
 #pragma once
 
+/// \file
+/// How a grid of cells is cut into boxes, the one that a rank computes, and which of its nodes are held.
+
 #include "integrations/petsc/petsc.hpp"
 
 #include "hybmss/lattice.hpp"
@@ -11,6 +14,17 @@
 #include <vector>
 
 namespace hybmss::distributed {
+
+/// How many boxes of nodes a grid is cut into along each axis.
+using ProcessGrid = std::array<long, 3>;
+
+/// The cut into `ranks` boxes by which a rank has the fewest ghosts. Where several have as few, x is cut the least,
+/// then y: the kernels run along x. Throws std::invalid_argument where no cut gives every rank a node.
+ProcessGrid choose_process_grid(const std::array<long, 3>& nodes, long ranks);
+
+/// The most ghosts that a rank has where `nodes` are cut so, one layer thick: those of a box of ceil(nodes/processes)
+/// nodes along each axis that stands between others.
+double most_ghosts(const std::array<long, 3>& nodes, const ProcessGrid& processes);
 
 /// The whole body: a grid of cells that no rank holds all of.
 struct Grid {
@@ -86,5 +100,21 @@ private:
     std::optional<Lattice> lattice_;
     std::vector<std::uint32_t> lattice_nodes_;
 };
+
+/// Which nodes are held, and where: displacements in m by the node's place in the grid, nothing for a free node. All
+/// three components are held.
+using Supports = std::function<std::optional<std::array<double, 3>>(PetscInt i, PetscInt j, PetscInt k)>;
+
+/// A held component among the owned ones: its index in a rank's array of Block::nodes(), and its displacement.
+struct HeldComponent {
+    std::size_t index;
+    double displacement;
+};
+
+std::vector<HeldComponent> held_components(const Block& block, const Supports& supports);
+
+/// Sets the held components of a rank's vector: to their displacements, or to zero.
+void set_held(Vec vector, const std::vector<HeldComponent>& held);
+void clear_held(Vec vector, const std::vector<HeldComponent>& held);
 
 } // namespace hybmss::distributed

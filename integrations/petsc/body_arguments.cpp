@@ -1,7 +1,5 @@
 #include "integrations/petsc/commands.hpp"
 
-#include "integrations/petsc/binary_file.hpp"
-
 #include <algorithm>
 #include <cstdio>
 

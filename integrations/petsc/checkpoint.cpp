@@ -1,7 +1,5 @@
 #include "integrations/petsc/checkpoint.hpp"
 
-#include "integrations/petsc/binary_file.hpp"
-
 #include <bit>
 #include <cmath>
 #include <cstdint>

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "integrations/petsc/block.hpp"
-#include "integrations/petsc/process_grid.hpp"
 
 #include "hybmss/material.hpp"
 #include "hybmss/plan_options.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "integrations/petsc/block.hpp"
 #include "integrations/petsc/block_forces.hpp"
-#include "integrations/petsc/supports.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
 

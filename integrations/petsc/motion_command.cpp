@@ -1,8 +1,9 @@
 #include "integrations/petsc/commands.hpp"
 
 #include "integrations/petsc/checkpoint.hpp"
-#include "integrations/petsc/communication.hpp"
 #include "integrations/petsc/motion.hpp"
+
+#include <petsclog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -63,6 +64,43 @@ double take_steps(const MotionArguments& arguments, const Block& block, const St
     }
     return seconds;
 }
+
+/// Bytes of messages.
+struct Traffic {
+    double total = 0; ///< sent by all ranks together
+    double most = 0;  ///< received by one rank, of all the one with the most
+};
+
+/// A step's exchange by the model: every ghost's three components once. `value_bytes` is the size of one, 4 or 8.
+Traffic modelled_traffic(const Block& block, std::size_t value_bytes) {
+    Traffic traffic;
+    for (int rank = 0; rank < block.ranks(); ++rank) {
+        const std::size_t ghosts = block.ghosted_of(rank).count() - block.owned_by(rank).count();
+        const double bytes = static_cast<double>(3 * value_bytes * ghosts);
+        traffic.total += bytes;
+        traffic.most = std::max(traffic.most, bytes);
+    }
+    return traffic;
+}
+
+/// Counts what PETSc's message calls send and receive from its construction on.
+class TrafficCounter {
+public:
+    /// Collective.
+    Traffic count(MPI_Comm communicator) const {
+        const double own_sent = sent() - sent_, own_received = received() - received_;
+        Traffic traffic;
+        MPI_Allreduce(&own_sent, &traffic.total, 1, MPI_DOUBLE, MPI_SUM, communicator);
+        MPI_Allreduce(&own_received, &traffic.most, 1, MPI_DOUBLE, MPI_MAX, communicator);
+        return traffic;
+    }
+
+private:
+    static double sent() { return petsc_isend_len + petsc_send_len; }
+    static double received() { return petsc_irecv_len + petsc_recv_len; }
+
+    double sent_ = sent(), received_ = received();
+};
 
 } // namespace
 

@@ -68,4 +68,18 @@ using OwnedSnes = Owned<SNES, SNESDestroy>;
 using OwnedTs = Owned<TS, TSDestroy>;
 using OwnedViewer = Owned<PetscViewer, PetscViewerDestroy>;
 
+/// A file of PETSc's own format, without the .info file beside it. Collective.
+inline OwnedViewer open_binary(MPI_Comm communicator, const std::string& path, PetscFileMode mode) {
+    OwnedViewer viewer;
+    check(PetscViewerCreate(communicator, viewer.make()));
+    check(PetscViewerSetType(viewer, PETSCVIEWERBINARY));
+    check(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE));
+    check(PetscViewerFileSetMode(viewer, mode));
+    // PETSc's own text does not name the file.
+    if (PetscViewerFileSetName(viewer, path.c_str()) != 0) {
+        throw std::invalid_argument(path + " cannot be opened for " + (mode == FILE_MODE_READ ? "reading" : "writing"));
+    }
+    return viewer;
+}
+
 } // namespace hybmss::distributed

@@ -1,4 +1,4 @@
-#include "integrations/petsc/process_grid.hpp"
+#include "integrations/petsc/block.hpp"
 
 #include <gtest/gtest.h>
 
