@@ -132,17 +132,6 @@ double seconds_a_step(Simulation& simulation) {
     return seconds / static_cast<double>(steps);
 }
 
-void print_candidates(const PlanDescription& plan) {
-    if (plan.candidates.empty()) {
-        return;
-    }
-    fmt::print("candidates\n");
-    for (const CandidateFigure& figure : plan.candidates) {
-        fmt::print("  {:<52} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
-                   figure.finalist ? "" : ", dropped early");
-    }
-}
-
 void row(std::string_view label, const std::string& value) {
     fmt::print("  {:<20} {}\n", label, value);
 }
@@ -338,7 +327,9 @@ void explain(const ExplainArguments& arguments) {
     row("tiles", fmt::format("{}", plan.tiles));
     row("bytes",
         fmt::format("{} in the plan, about {:.3g} in the whole run", plan.bytes, estimated_bytes(scene.body, options)));
-    print_candidates(plan);
+    if (!plan.candidates.empty()) {
+        fmt::print("candidates\n{}", candidate_lines(plan));
+    }
     if (scene.solver.method == SolverMethod::static_equilibrium) {
         explain_solver(simulation);
         if (offers) {

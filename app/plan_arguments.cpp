@@ -1,6 +1,7 @@
 #include "app/plan_arguments.hpp"
 
 #include "app/command_line.hpp"
+#include "layouts/messages.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -98,11 +99,7 @@ void require_lattice_layout(const std::string& option, const std::string& layout
     if (layout.empty() || std::find(known.begin(), known.end(), layout) != known.end()) {
         return;
     }
-    std::string list;
-    for (const std::string& one : known) {
-        list += (list.empty() ? "" : ", ") + one;
-    }
-    throw std::invalid_argument(option + " " + layout + ": not known; allowed are " + list + besides);
+    throw std::invalid_argument(option + " " + layout + ": not known; allowed are " + joined(known, ", ") + besides);
 }
 
 } // namespace hybmss

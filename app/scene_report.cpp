@@ -164,4 +164,13 @@ std::string summary_line(const Simulation& simulation, const Summary& s) {
                        simulation.lattice().cell_count(), 100 * s.volume.relative_volume_change, s.wall_seconds);
 }
 
+std::string candidate_lines(const PlanDescription& plan) {
+    std::string lines;
+    for (const CandidateFigure& figure : plan.candidates) {
+        lines += fmt::format("  {:<52} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
+                             figure.finalist ? "" : ", dropped early");
+    }
+    return lines;
+}
+
 } // namespace hybmss

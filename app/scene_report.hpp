@@ -22,4 +22,7 @@ std::string summary_table(const Simulation& simulation, const Summary& summary);
 /// How it ended, in one line.
 std::string summary_line(const Simulation& simulation, const Summary& summary);
 
+/// What the tuner timed, a line each.
+std::string candidate_lines(const PlanDescription& plan);
+
 } // namespace hybmss

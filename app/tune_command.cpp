@@ -2,6 +2,7 @@
 #include "app/commands.hpp"
 #include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
+#include "app/scene_report.hpp"
 #include "app/tune_rows.hpp"
 #include "plan/tuning/candidates.hpp"
 #include "simulation/run/memory.hpp"
@@ -83,13 +84,6 @@ void write(const Wisdom& wisdom, const std::filesystem::path& file) {
     }
 }
 
-void print_candidates(const PlanDescription& plan) {
-    for (const CandidateFigure& figure : plan.candidates) {
-        fmt::print("  {:<52} {:8.3g} ns a cell and step{}\n", figure.name, figure.ns_per_cell_step,
-                   figure.finalist ? "" : ", dropped early");
-    }
-}
-
 std::string chosen_name(const PlanDescription& plan) {
     return name(candidate_of(plan.choice));
 }
@@ -161,7 +155,7 @@ void tune(const TuneArguments& arguments) {
         }
         fmt::print("{}: {}\n  {}\n", rows[r].name, chosen_name(plan), plan.reason);
         if (!arguments.scene.empty() || arguments.check) {
-            print_candidates(plan);
+            fmt::print("{}", candidate_lines(plan));
         }
         if (arguments.check) {
             checks.push_back(check(rows[r], options, chosen_name(plan)));

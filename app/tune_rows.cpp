@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <random>
 
@@ -31,9 +30,6 @@ std::string row_name(const std::string& body, bool network, Precision precision,
            std::string(name(precision));
 }
 
-/// Takes that many steps.
-using Work = std::function<void(long)>;
-
 template <class Planned>
 std::shared_ptr<Planned> make(const TuneRow& row, const PlanOptions& options) {
     return row.as_network ? std::make_shared<Planned>(Network::from_lattice(row.lattice, row.material), options)
@@ -50,40 +46,36 @@ std::vector<T> small_displacements(const TuneRow& row, std::size_t nodes) {
     return u;
 }
 
+template <class Work>
+Trial timed(const Work& work) {
+    return [=](long steps) {
+        const auto start = std::chrono::steady_clock::now();
+        work(steps);
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+}
+
 template <class T>
-Work make_work(const TuneRow& row, const PlanOptions& options) {
+Trial make_trial(const TuneRow& row, const PlanOptions& options) {
     if (row.forces) {
         const auto plan = make<ForcePlan<T>>(row, options);
         const std::size_t n = plan->node_count();
         const auto u = std::make_shared<std::vector<T>>(small_displacements<T>(row, n));
         const auto f = std::make_shared<std::vector<T>>(3 * n, T(0));
-        return [=](long steps) {
+        return timed([=](long steps) {
             for (long s = 0; s < steps; ++s) {
                 plan->add_forces(VectorField<const T>::aos(u->data(), n), VectorField<T>::aos(f->data(), n));
             }
-        };
+        });
     }
     const auto dynamics = make<ExplicitDynamics<T>>(row, options);
     const std::size_t n = dynamics->node_count();
     const std::vector<T> u = small_displacements<T>(row, n);
     dynamics->set_displacements(VectorField<const T>::aos(u.data(), n));
-    return [dynamics, step = StepParameters{0.2 * dynamics->critical_time_step(), {0, 0, 0}, 0}](long steps) {
+    return timed([dynamics, step = StepParameters{0.2 * dynamics->critical_time_step(), {0, 0, 0}, 0}](long steps) {
         dynamics->step(step, steps);
-    };
+    });
 }
-
-double seconds_of(const Work& work, long steps) {
-    const auto start = std::chrono::steady_clock::now();
-    work(steps);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-struct Runner {
-    std::string name;
-    Work work;
-    long steps = 1;
-    std::vector<double> seconds_a_step;
-};
 
 template <class T>
 PlanDescription describe_as(const TuneRow& row, const PlanOptions& options) {
@@ -147,32 +139,20 @@ PlanDescription describe_plan(const TuneRow& row, const PlanOptions& options) {
 
 std::vector<ExhaustiveFigure> time_exhaustively(const TuneRow& row, const PlanOptions& options, double seconds) {
     constexpr double kSlice = 10e-3;
-    std::vector<Runner> runners;
-    for (const Candidate& candidate :
-         candidates(row.as_network ? network_layouts() : lattice_layouts(), options, row.lattice.grid_node_count())) {
+    const std::vector<Candidate> tried =
+        candidates(row.as_network ? network_layouts() : lattice_layouts(), options, row.lattice.grid_node_count());
+    std::vector<Trial> trials;
+    for (const Candidate& candidate : tried) {
         const PlanOptions fixed = fixed_options(options, candidate);
-        Work work = row.precision == Precision::float32 ? make_work<float>(row, fixed) : make_work<double>(row, fixed);
-        work(1);
-        long steps = 1;
-        double elapsed = seconds_of(work, steps);
-        while (elapsed < 0.25 * kSlice) {
-            steps *= 2;
-            elapsed = seconds_of(work, steps);
-        }
-        steps = std::max(1L, std::lround(kSlice / elapsed * static_cast<double>(steps)));
-        runners.push_back({name(candidate), std::move(work), steps, {}});
+        trials.push_back(row.precision == Precision::float32 ? make_trial<float>(row, fixed)
+                                                             : make_trial<double>(row, fixed));
     }
-    const long rounds = std::max(3L, std::lround(seconds / kSlice));
-    for (long round = 0; round < rounds; ++round) {
-        for (std::size_t r = 0; r < runners.size(); ++r) {
-            Runner& runner = runners[round % 2 ? r : runners.size() - 1 - r];
-            runner.seconds_a_step.push_back(seconds_of(runner.work, runner.steps) / static_cast<double>(runner.steps));
-        }
-    }
+    const std::vector<TrialTiming> timings =
+        time_in_rounds(trials, seconds * static_cast<double>(trials.size()), kSlice, false);
     std::vector<ExhaustiveFigure> figures;
-    for (const Runner& runner : runners) {
-        figures.push_back({runner.name, 1e9 * fastest_quarter_mean(runner.seconds_a_step) /
-                                            static_cast<double>(row.lattice.cell_count())});
+    for (std::size_t i = 0; i < tried.size(); ++i) {
+        figures.push_back(
+            {name(tried[i]), 1e9 * timings[i].seconds_a_step / static_cast<double>(row.lattice.cell_count())});
     }
     std::sort(figures.begin(), figures.end(),
               [](const auto& a, const auto& b) { return a.ns_per_cell_step < b.ns_per_cell_step; });

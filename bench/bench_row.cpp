@@ -1,6 +1,7 @@
 #include "bench/bench_row.hpp"
 
 #include "bench/standard_bodies.hpp"
+#include "layouts/messages.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -79,11 +80,7 @@ std::vector<std::string> row_layouts() {
 void check_layout(const std::string& layout) {
     const std::vector<std::string> known = row_layouts();
     if (std::find(known.begin(), known.end(), layout) == known.end()) {
-        std::string allowed;
-        for (const std::string& name : known) {
-            allowed += (allowed.empty() ? "" : ", ") + name;
-        }
-        throw std::invalid_argument("--layout " + layout + ": it must be all or one of " + allowed);
+        throw std::invalid_argument("--layout " + layout + ": it must be all or one of " + joined(known, ", "));
     }
 }
 

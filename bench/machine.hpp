@@ -16,7 +16,4 @@ std::vector<std::pair<std::string, std::string>> machine_description();
 /// The same for a person, in one line.
 std::string machine_line();
 
-/// Bytes of memory that the system says a program can still have; infinity where it does not say.
-double available_memory();
-
 } // namespace hybmss::bench

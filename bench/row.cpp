@@ -3,8 +3,6 @@
 #include "bench/machine.hpp"
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 #include <map>
 #include <regex>
 #include <stdexcept>
@@ -94,15 +92,6 @@ void RowReporter::print(const Row& row, const Run& run) {
 }
 
 } // namespace
-
-std::string printed(const char* format, ...) {
-    char text[512];
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    return text;
-}
 
 double counter(const benchmark::BenchmarkReporter::Run& run, const char* key) {
     const auto found = run.counters.find(key);

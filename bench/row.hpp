@@ -3,6 +3,8 @@
 /// \file
 /// One row of a benchmark: its name, how it is measured and how it is printed.
 
+#include "layouts/messages.hpp"
+
 #include <benchmark/benchmark.h>
 
 #include <functional>
@@ -27,9 +29,6 @@ struct Table {
     std::string introduction;
     std::vector<Row> rows;
 };
-
-/// printf into a string: what lines are made with.
-[[gnu::format(printf, 1, 2)]] std::string printed(const char* format, ...);
 
 /// The value of a counter; 0 where the row did not set it.
 double counter(const benchmark::BenchmarkReporter::Run& run, const char* key);

@@ -1,20 +1,17 @@
 #include "hybmss/material.hpp"
 
+#include "layouts/messages.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <stdexcept>
 
 namespace hybmss {
 namespace {
 
-void require(bool good, const char* name, double value, const char* allowed) {
-    if (good) {
-        return;
+void require(bool good, const char* name, double value, const std::string& allowed) {
+    if (!good) {
+        refuse_value(name, value, allowed);
     }
-    std::ostringstream message;
-    message << name << " = " << value << " is not allowed: it must be " << allowed;
-    throw std::invalid_argument(message.str());
 }
 
 } // namespace
@@ -41,11 +38,9 @@ StiffeningRange quadratic_stiffening(double cubic) {
 void validate(const SpringStiffening& s) {
     require(s.cubic >= 0 && s.cubic <= 1e6, "stiffening.cubic", s.cubic, "at least 0 (at most 1e6)");
     const StiffeningRange range = quadratic_stiffening(s.cubic);
-    std::ostringstream allowed;
-    allowed << "in [" << range.least << ", " << range.most << "] with cubic = " << s.cubic
-            << ", so that no spring gives way as it is pulled";
     require(s.quadratic >= range.least && s.quadratic <= range.most, "stiffening.quadratic", s.quadratic,
-            allowed.str().c_str());
+            printed("in [%g, %g] with cubic = %g, so that no spring gives way as it is pulled", range.least, range.most,
+                    s.cubic));
 }
 
 double largest_stiffening(const SpringStiffening& s, double strain) {

@@ -6,7 +6,6 @@
 #include "reference/semi_implicit_euler.hpp"
 
 #include <algorithm>
-#include <random>
 
 namespace hybmss::verify {
 namespace {
@@ -88,12 +87,7 @@ template <class T>
 void compare(const TestBody& body, const Case& which, const MatrixOptions& options, RowTable& table) {
     const reference::Body reference = reference_body(body);
     std::mt19937 random(options.seed);
-    std::uniform_real_distribution<double> uniform(-kStrain * body.cell_size, kStrain * body.cell_size);
-    std::vector<Vector3d> start(reference.rest.size());
-    for (Vector3d& u : start) {
-        u = {uniform(random), uniform(random), uniform(random)};
-    }
-    start = rounded<T>(start);
+    const std::vector<Vector3d> start = random_vectors<T>(reference.rest.size(), kStrain * body.cell_size, random);
     const auto prescribed = which.driven ? prescribed_nodes(body, start.size()) : std::vector<PrescribedNode>{};
     const double eps = epsilon(precision_name<T>());
     for (RowKey key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {

@@ -8,7 +8,6 @@
 #include "reference/volume_energy.hpp"
 
 #include <algorithm>
-#include <random>
 
 namespace hybmss::verify {
 namespace {
@@ -54,19 +53,10 @@ template <class T>
 std::vector<Expected> expected_values(const TestBody& body, unsigned seed) {
     const reference::Body reference = reference_body(body);
     std::mt19937 random(seed);
-    const auto random_vectors = [&](double bound) {
-        std::uniform_real_distribution<double> uniform(-bound, bound);
-        std::vector<Vector3d> vectors(reference.rest.size());
-        for (Vector3d& v : vectors) {
-            for (int axis = 0; axis < 3; ++axis) {
-                v[axis] = uniform(random);
-            }
-        }
-        return rounded<T>(vectors);
-    };
+    const std::size_t nodes = reference.rest.size();
     std::vector<Expected> all;
     for (const double strain : kStrains) {
-        const std::vector<Vector3d> u = random_vectors(strain * body.cell_size);
+        const std::vector<Vector3d> u = random_vectors<T>(nodes, strain * body.cell_size, random);
         const std::vector<double> scales = reference::force_scale(reference, u);
         all.push_back({strain,
                        u,
@@ -77,7 +67,7 @@ std::vector<Expected> expected_values(const TestBody& body, unsigned seed) {
                        {}});
         if (!body.lattice || body.lattice->cell_count() <= kMostCellsOfProducts) {
             Expected& expected = all.back();
-            expected.direction = random_vectors(body.cell_size);
+            expected.direction = random_vectors<T>(nodes, body.cell_size, random);
             const std::vector<double> product_scales =
                 reference::hessian_product_scale(reference, u, expected.direction);
             expected.product = reference::hessian_product(reference, u, expected.direction);

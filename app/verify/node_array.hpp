@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -73,6 +74,17 @@ private:
 template <class T>
 std::vector<Eigen::Vector3d> rounded(std::span<const Eigen::Vector3d> vectors) {
     return NodeArray<T>(Arrangement::stride_3, vectors).vectors();
+}
+
+/// One a node, each component within `bound`, as T holds them.
+template <class T>
+std::vector<Eigen::Vector3d> random_vectors(std::size_t nodes, double bound, std::mt19937& random) {
+    std::uniform_real_distribution<double> uniform(-bound, bound);
+    std::vector<Eigen::Vector3d> vectors(nodes);
+    for (Eigen::Vector3d& v : vectors) {
+        v = {uniform(random), uniform(random), uniform(random)};
+    }
+    return rounded<T>(vectors);
 }
 
 /// max over nodes and axes of |a - b|; NaN where any component is NaN.

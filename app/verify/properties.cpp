@@ -51,12 +51,7 @@ constexpr double kEpsilon = static_cast<double>(std::numeric_limits<T>::epsilon(
 template <class T>
 std::vector<Vector3d> random_displacements(const Subject<T>& subject, double strain, unsigned seed) {
     std::mt19937 random(seed);
-    std::uniform_real_distribution<double> uniform(-strain * subject.body.cell_size, strain * subject.body.cell_size);
-    std::vector<Vector3d> u(subject.reference.rest.size());
-    for (Vector3d& v : u) {
-        v = {uniform(random), uniform(random), uniform(random)};
-    }
-    return rounded<T>(u);
+    return random_vectors<T>(subject.reference.rest.size(), strain * subject.body.cell_size, random);
 }
 
 template <class T>

@@ -7,6 +7,7 @@
 
 #include "hybmss/accuracy.hpp"
 #include "hybmss/instruction_set.hpp"
+#include "plan/bodies/plan_description.hpp"
 
 #include <ostream>
 #include <span>
@@ -49,11 +50,6 @@ private:
 
 /// epsilon of the named precision ("float" or "double").
 double epsilon(const std::string& precision);
-
-template <class T>
-constexpr const char* precision_name() {
-    return sizeof(T) == sizeof(float) ? "float" : "double";
-}
 
 /// How far a row may be from the reference, in units of the precision's epsilon.
 double tolerance(const RowKey& key);

@@ -1,8 +1,8 @@
 #include "bench/benchmarks.hpp"
 #include "bench/interleaved.hpp"
-#include "bench/machine.hpp"
 #include "bench/moving_body.hpp"
 #include "plan/tuning/tuner.hpp"
+#include "simulation/geometry/voxel_grid.hpp" // available_bytes
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +44,7 @@ std::string memory_short(const BenchRow& row, int bodies) {
     const double scalar = row.precision == Precision::float32 ? 4 : 8;
     const double nodes = std::pow(row.mesh[0] + 1, 3);
     const double needed = 1.25 * bodies * nodes * (20 * scalar + 16);
-    const double available = available_memory();
+    const double available = available_bytes();
     return needed <= available ? ""
                                : printed("skipped: it takes %.1f GB of memory, and %.1f GB are available",
                                          1e-9 * needed, 1e-9 * available);

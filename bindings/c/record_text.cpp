@@ -16,6 +16,7 @@
 #include "hybmss/record.hpp"
 
 #include "hybmss/version.hpp"
+#include "layouts/messages.hpp"
 #include "layouts/read_file.hpp"
 #include "plan/tuning/digest.hpp"
 
@@ -23,7 +24,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <iterator>
 
 namespace hybmss {
@@ -38,15 +38,11 @@ std::uint64_t checksum(std::string_view text) {
 }
 
 std::string hexadecimal(std::uint64_t number) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
-    return text;
+    return printed("%016llx", static_cast<unsigned long long>(number));
 }
 
 void append(std::string& text, double value) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, " %.17g", value);
-    text += digits;
+    text += printed(" %.17g", value);
 }
 
 /// "word", cut where it is long.

@@ -1,8 +1,9 @@
 #include "hybmss/lattice.hpp"
 
+#include "layouts/messages.hpp"
+
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -24,9 +25,7 @@ void check_shape(const std::array<int, 3>& cells, double cell_size) {
     }
     // Its cube must leave masses and volumes finite in float.
     if (!(cell_size >= 1e-9 && cell_size <= 1e9)) {
-        std::ostringstream message;
-        message << "cell_size = " << cell_size << " is not allowed: it must be at least 1e-9 and at most 1e9 m";
-        throw std::invalid_argument(message.str());
+        refuse_value("cell_size", cell_size, "at least 1e-9 and at most 1e9 m");
     }
 }
 

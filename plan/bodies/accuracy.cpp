@@ -1,8 +1,8 @@
 #include "hybmss/accuracy.hpp"
 
+#include "layouts/messages.hpp"
+
 #include <limits>
-#include <sstream>
-#include <stdexcept>
 
 namespace hybmss {
 namespace {
@@ -32,10 +32,8 @@ KernelLevel fastest_level(double force_error) {
             return level;
         }
     }
-    std::ostringstream message;
-    message << "force_error = " << force_error << " is not allowed: it must be at least "
-            << force_error_bound(Accuracy::exact, Precision::float64) << ", which double reaches";
-    throw std::invalid_argument(message.str());
+    refuse_value("force_error", force_error,
+                 printed("at least %g, which double reaches", force_error_bound(Accuracy::exact, Precision::float64)));
 }
 
 } // namespace hybmss

@@ -253,14 +253,25 @@ Stage Body<T>::move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std:
 }
 
 template <class T>
-void Body<T>::clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]) {
-    for (AlignedArray<T>& entry : blocks) {
-        if (entry.size() != size) {
-            entry = AlignedArray<T>(size);
-        } else {
-            std::fill_n(entry.data(), size, T(0));
-        }
+void Body<T>::clear(std::size_t size, AlignedArray<T>& array) {
+    if (array.size() != size) {
+        array = AlignedArray<T>(size);
+    } else {
+        std::fill_n(array.data(), size, T(0));
     }
+}
+
+template <class T>
+void Body<T>::clear_like(const NodeField<T>& like, NodeField<T>& field) {
+    for (std::size_t c = 0; c < 3; ++c) {
+        clear(like[c].size(), field[c]);
+    }
+}
+
+template <class T>
+void Body<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+    clear_like(state.displacement, product);
+    workers_->run(spring_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
 }
 
 template <class T>

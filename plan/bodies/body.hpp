@@ -56,11 +56,16 @@ struct State {
     std::size_t bytes() const;
 };
 
-/// A pass over all springs by a law of their own, beside or instead of their elasticity.
+/// A pass over all springs by a law of their own, beside or instead of their elasticity; or by that, cells and all.
 template <class T>
 struct SpringPass {
     kernels::SpringLaw law;
     kernels::StiffeningConstants<T> stiffening = {}; ///< of the laws that stiffen
+
+    /// Of a body's cells, those that the pass takes account of: with the springs' elasticity all of them.
+    kernels::Volume cells(kernels::Volume all) const {
+        return law == kernels::SpringLaw::elastic ? all : kernels::Volume::none;
+    }
 };
 
 /// A node that has lost a cell: its number in the body, and its place x y z in the grid.
@@ -105,11 +110,13 @@ public:
     /// length unit like displacements. What lies between and behind the nodes in `direction` must be zero, and is zero
     /// in `product`, so that sums over whole arrays are sums over the nodes. Makes `product`'s arrays where they are
     /// empty; it must not be `direction`.
-    virtual void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const = 0;
+    virtual void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
     /// The symmetric 3x3 blocks on K's diagonal, of the operator that hessian_product applies: in N per length unit of
     /// the body. Sets blocks[e][index of the node] for the entries e = xx, yy, zz, xy, xz, yz; zero between and behind
     /// the nodes. Makes the arrays where they are empty.
-    virtual void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const = 0;
+    virtual void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+        spring_diagonal(state, {kernels::SpringLaw::elastic}, blocks);
+    }
     /// Adds to `product` what the law makes of `direction` (see kernels::SpringLaw; null for `stiffening`): in N by the
     /// unit of the direction per length unit of the body. `product` must have the size of the displacements and be
     /// zero. The fields must outlive the stages.
@@ -149,12 +156,13 @@ public:
     const Workers& workers() const { return *workers_; }
     /// Makes the arrays of `field` as long as those of `like`, and zero, where they are not.
     static void allocate_like(const NodeField<T>& like, NodeField<T>& field);
+    /// Makes every array zero, as long as those of `like`, or of `size` entries.
+    static void clear_like(const NodeField<T>& like, NodeField<T>& field);
+    static void clear(std::size_t size, AlignedArray<T>& array);
     /// field = 0.
     static Stage clear_stage(NodeField<T>& field);
     /// sum += sign * more, more = 0, array by array; `arrays` of them, all of one size.
     Stage move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) const;
-    /// Arrays of `size` zeros for a diagonal's blocks.
-    static void clear_blocks(std::size_t size, AlignedArray<T> (&blocks)[6]);
 
 protected:
     explicit Body(Workers workers) : workers_(std::make_shared<const Workers>(std::move(workers))) {}

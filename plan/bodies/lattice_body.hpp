@@ -36,7 +36,6 @@ public:
     std::vector<Stage> force_stages(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
     void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
-    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
     std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
@@ -62,26 +61,14 @@ private:
     void sweep_slab(State<T>& state, std::size_t slab, std::size_t worker, kernels::Finish finish,
                     const kernels::StepConstants<T>& step, Meetings& meetings) const;
 
-    /// What a sweep of second derivatives, or by another law of the springs, sums up.
-    struct HessianSweep {
-        kernels::LatticeSum sum;
-        kernels::StiffeningConstants<T> stiffening;
-    };
-    HessianSweep elastic() const { return {{kernels::SpringLaw::elastic, volume_}, {}}; }
-    static HessianSweep sweep_of(const SpringPass<T>& pass) {
-        return {{pass.law, kernels::Volume::none}, pass.stiffening};
-    }
     /// Layer k without the arrays for sums; `direction`: null where none is needed.
     template <int components>
     kernels::LatticeHessianLayer<T, components> hessian_layer(State<T>& state, std::size_t k,
                                                               const NodeField<T>* direction) const;
     /// `sums`: the arrays that the sweep sets. The state and the fields must outlive the stages.
     template <int components>
-    std::vector<Stage> hessian_stages(State<T>& state, const HessianSweep& sweep, const NodeField<T>* direction,
+    std::vector<Stage> hessian_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                       const std::array<T*, components>& sums) const;
-    std::vector<Stage> product_stages(State<T>& state, const HessianSweep& sweep, const NodeField<T>* direction,
-                                      NodeField<T>& product) const;
-    void run_diagonal(State<T>& state, const HessianSweep& sweep, AlignedArray<T> (&blocks)[6]) const;
 
     std::string name_; ///< of the layout
     const kernels::KernelTable<T>* table_;

@@ -57,16 +57,16 @@ kernels::LatticeHessianLayer<T, components> LatticeBody<T>::hessian_layer(State<
 /// As LatticeBody::sweep with Finish::store: slabs side by side, and the planes where they meet.
 template <class T>
 template <int components>
-std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const HessianSweep& sweep,
+std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringPass<T>& pass,
                                                   const NodeField<T>* direction,
                                                   const std::array<T*, components>& sums) const {
-    const auto layer_at = [this, &state, sweep, direction, sums](std::size_t k) {
+    const auto layer_at = [this, &state, pass, direction, sums](std::size_t k) {
         kernels::LatticeHessianLayer<T, components> layer = hessian_layer<components>(state, k, direction);
         for (std::size_t c = 0; c < components; ++c) {
             layer.partial[c] = sums[c] + layout_.begin[k];
             layer.above[c] = sums[c] + layout_.begin[k + 1];
         }
-        layer.stiffening = sweep.stiffening;
+        layer.stiffening = pass.stiffening;
         return layer;
     };
     // A slab leaves what it adds to the plane above it in the state, six arrays a join.
@@ -75,7 +75,8 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const Hessian
             layer.above[c] = state.buffers[6 * join + c].data();
         }
     };
-    const auto kernels = sweep_kernels<components>(*table_, face_diagonals_, sweep.sum, accuracy_);
+    const auto kernels =
+        sweep_kernels<components>(*table_, face_diagonals_, {pass.law, pass.cells(volume_)}, accuracy_);
     const auto join = [=, this](std::size_t j) {
         auto layer = layer_at(slab_begin_[j + 1]);
         use_join_buffer(layer, j);
@@ -107,27 +108,21 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const Hessian
 }
 
 template <class T>
-std::vector<Stage> LatticeBody<T>::product_stages(State<T>& state, const HessianSweep& sweep,
-                                                  const NodeField<T>* direction, NodeField<T>& product) const {
-    return hessian_stages<3>(
-        state, sweep, direction,
-        {product[layout_.axes[0]].data(), product[layout_.axes[1]].data(), product[layout_.axes[2]].data()});
-}
-
-template <class T>
 void LatticeBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
     this->allocate_like(state.displacement, product);
-    this->workers().run(product_stages(state, elastic(), &direction, product), 1);
+    this->workers().run(spring_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
 }
 
 template <class T>
 std::vector<Stage> LatticeBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
                                                  const NodeField<T>* direction, NodeField<T>& product) const {
-    return product_stages(state, sweep_of(pass), direction, product);
+    return hessian_stages<3>(
+        state, pass, direction,
+        {product[layout_.axes[0]].data(), product[layout_.axes[1]].data(), product[layout_.axes[2]].data()});
 }
 
 template <class T>
-void LatticeBody<T>::run_diagonal(State<T>& state, const HessianSweep& sweep, AlignedArray<T> (&blocks)[6]) const {
+void LatticeBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     std::array<T*, 6> sums{};
     for (std::size_t e = 0; e < 6; ++e) {
         AlignedArray<T>& entry = blocks[kEntry[layout_.axes[kEntryAxes[e][0]]][layout_.axes[kEntryAxes[e][1]]]];
@@ -136,17 +131,7 @@ void LatticeBody<T>::run_diagonal(State<T>& state, const HessianSweep& sweep, Al
         }
         sums[e] = entry.data();
     }
-    this->workers().run(hessian_stages<6>(state, sweep, nullptr, sums), 1);
-}
-
-template <class T>
-void LatticeBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, elastic(), blocks);
-}
-
-template <class T>
-void LatticeBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, sweep_of(pass), blocks);
+    this->workers().run(hessian_stages<6>(state, pass, nullptr, sums), 1);
 }
 
 template <class T>
@@ -168,14 +153,10 @@ double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
 
 #define HYBMSS_INSTANTIATE(T)                                                                                          \
     template void LatticeBody<T>::hessian_product(State<T>&, const NodeField<T>&, NodeField<T>&) const;                \
-    template void LatticeBody<T>::hessian_diagonal(State<T>&, AlignedArray<T>(&)[6]) const;                            \
     template std::vector<Stage> LatticeBody<T>::spring_stages(State<T>&, const SpringPass<T>&, const NodeField<T>*,    \
                                                               NodeField<T>&) const;                                    \
     template void LatticeBody<T>::spring_diagonal(State<T>&, const SpringPass<T>&, AlignedArray<T>(&)[6]) const;       \
-    template double LatticeBody<T>::stiffening_energy(State<T>&, const kernels::StiffeningConstants<T>&) const;        \
-    template std::vector<Stage> LatticeBody<T>::product_stages(State<T>&, const HessianSweep&, const NodeField<T>*,    \
-                                                               NodeField<T>&) const;                                   \
-    template void LatticeBody<T>::run_diagonal(State<T>&, const HessianSweep&, AlignedArray<T>(&)[6]) const;
+    template double LatticeBody<T>::stiffening_energy(State<T>&, const kernels::StiffeningConstants<T>&) const;
 
 HYBMSS_INSTANTIATE(float)
 HYBMSS_INSTANTIATE(double)

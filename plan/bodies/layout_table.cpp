@@ -1,6 +1,7 @@
 #include "plan/bodies/layout_table.hpp"
 
 #include "layouts/lattice/lattice_arrays.hpp"
+#include "layouts/messages.hpp"
 #include "plan/bodies/lattice_body.hpp"
 #include "plan/bodies/network_body.hpp"
 #include "plan/bodies/packed_network_body.hpp"
@@ -105,11 +106,8 @@ std::vector<std::string> names_where(const Holds& holds) {
 }
 
 [[noreturn]] void refuse_layout(const std::string& given, const std::vector<std::string>& known) {
-    std::string allowed;
-    for (const std::string& name : known) {
-        allowed += (allowed.empty() ? "" : ", ") + name;
-    }
-    throw std::invalid_argument("layout \"" + given + "\" is not known for this body: it must be one of " + allowed);
+    throw std::invalid_argument("layout \"" + given + "\" is not known for this body: it must be one of " +
+                                joined(known, ", "));
 }
 
 /// Of a lattice: a network's layouts by their own names too, so that what a plan says it chose can be asked for again.
@@ -170,11 +168,7 @@ bool can_be_cut(const std::string& layout) {
     return known && known->can_be_cut;
 }
 std::string layouts_that_can_be_cut() {
-    std::string all;
-    for (const std::string& name : names_where([](const Layout& layout) { return layout.can_be_cut; })) {
-        all += (all.empty() ? "" : " and ") + name;
-    }
-    return all;
+    return joined(names_where([](const Layout& layout) { return layout.can_be_cut; }), " and ");
 }
 
 double plan_bytes(const std::string& layout, const LatticeExtent& extent, Precision precision) {

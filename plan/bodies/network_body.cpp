@@ -119,17 +119,6 @@ std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& node
 }
 
 template <class T>
-void NetworkBody<T>::allocate_forces(State<T>& state) const {
-    for (auto& force : state.force) {
-        if (force.size() == 0) {
-            force = AlignedArray<T>(layout_.size());
-        } else {
-            std::fill_n(force.data(), force.size(), T(0));
-        }
-    }
-}
-
-template <class T>
 std::vector<Stage> NetworkBody<T>::force_stages(State<T>& state) const {
     this->allocate_like(state.displacement, state.force);
     std::vector<Stage> stages = accumulate(node_arrays(state));
@@ -165,8 +154,8 @@ kernels::HessianArrays<T> NetworkBody<T>::hessian_arrays(const State<T>& state) 
 }
 
 template <class T>
-std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const SpringPass<T>& pass,
-                                                  const NodeField<T>* direction, NodeField<T>& product) const {
+std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
+                                                 const NodeField<T>* direction, NodeField<T>& product) const {
     auto nodes = hessian_arrays(state);
     for (std::size_t c = 0; c < 3; ++c) {
         nodes.direction[c] = direction ? (*direction)[c].data() : nullptr;
@@ -179,7 +168,7 @@ std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const SpringP
         [spring_product = table_->soa_spring_product(pass.law, accuracy_), springs = spring_arrays(),
          nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
         stages);
-    if (const auto cell_product = table_->soa_cell_product(volume_in(pass))) {
+    if (const auto cell_product = table_->soa_cell_product(pass.cells(volume_))) {
         append_colors(
             layout_.cells.color_begin,
             [cell_product, cells = cell_arrays(), nodes](auto begin, auto end) {
@@ -191,26 +180,11 @@ std::vector<Stage> NetworkBody<T>::product_stages(State<T>& state, const SpringP
 }
 
 template <class T>
-void NetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
-    this->allocate_like(state.displacement, product);
-    for (auto& component : product) {
-        std::fill_n(component.data(), component.size(), T(0));
-    }
-    this->workers().run(product_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
-}
-
-template <class T>
-std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
-                                                 const NodeField<T>* direction, NodeField<T>& product) const {
-    return product_stages(state, pass, direction, product);
-}
-
-template <class T>
-void NetworkBody<T>::run_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
-    this->clear_blocks(layout_.size(), blocks);
+void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     const auto nodes = hessian_arrays(state);
     kernels::DiagonalBlocks<T> sums{};
     for (std::size_t e = 0; e < 6; ++e) {
+        this->clear(layout_.size(), blocks[e]);
         sums.entry[e] = blocks[e].data();
     }
     sums.stiffening = pass.stiffening;
@@ -220,7 +194,7 @@ void NetworkBody<T>::run_diagonal(State<T>& state, const SpringPass<T>& pass, Al
         [spring_diagonal = table_->soa_spring_diagonal(pass.law, accuracy_), springs = spring_arrays(), nodes,
          sums](auto begin, auto end) { spring_diagonal(springs, nodes, sums, begin, end); },
         stages);
-    if (const auto cell_diagonal = table_->soa_cell_diagonal(volume_in(pass))) {
+    if (const auto cell_diagonal = table_->soa_cell_diagonal(pass.cells(volume_))) {
         append_colors(
             layout_.cells.color_begin,
             [cell_diagonal, cells = cell_arrays(), nodes, sums](auto begin, auto end) {
@@ -229,16 +203,6 @@ void NetworkBody<T>::run_diagonal(State<T>& state, const SpringPass<T>& pass, Al
             stages);
     }
     this->workers().run(stages, 1);
-}
-
-template <class T>
-void NetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, {kernels::SpringLaw::elastic}, blocks);
-}
-
-template <class T>
-void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, pass, blocks);
 }
 
 template <class T>
@@ -256,7 +220,7 @@ std::vector<Stage> NetworkBody<T>::step_stages(State<T>& state, const StepParame
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
     const bool driven = is_driven(parameters);
     // The integrating kernel leaves the forces zero for the next step.
-    allocate_forces(state);
+    this->clear_like(state.displacement, state.force);
     const auto nodes = node_arrays(state);
     std::vector<Stage> stages = accumulate(nodes);
     stages.push_back(in_pieces(0, layout_.size(),

@@ -24,8 +24,6 @@ public:
     State<T> make_state(bool moving) const override;
     std::vector<Stage> force_stages(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
-    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
-    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
     std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
@@ -40,15 +38,6 @@ private:
     kernels::NodeArrays<T> node_arrays(State<T>& state) const;
     /// Without direction and product.
     kernels::HessianArrays<T> hessian_arrays(const State<T>& state) const;
-    /// What adds a product to an array that is zero: by the elastic law with that of the cells.
-    std::vector<Stage> product_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
-                                      NodeField<T>& product) const;
-    void run_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const;
-    /// Of which cells a pass takes account.
-    kernels::Volume volume_in(const SpringPass<T>& pass) const {
-        return pass.law == kernels::SpringLaw::elastic ? volume_ : kernels::Volume::none;
-    }
-    void allocate_forces(State<T>& state) const;
     /// What adds all forces to arrays that are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;
     template <class Visit>

@@ -62,15 +62,6 @@ kernels::PackedNodes<T> PackedNetworkBody<T>::packed_nodes(State<T>& state) cons
 }
 
 template <class T>
-void PackedNetworkBody<T>::clear_forces(State<T>& state) const {
-    if (state.force[0].size() == 0) {
-        state.force[0] = AlignedArray<T>(4 * layout_.size());
-    } else {
-        std::fill_n(state.force[0].data(), state.force[0].size(), T(0));
-    }
-}
-
-template <class T>
 kernels::SpringRuns<T> PackedNetworkBody<T>::spring_runs() const {
     return {layout_.spring_runs.data(), layout_.spring_run_shapes.data(), layout_.stiffnesses.data()};
 }
@@ -125,12 +116,12 @@ void PackedNetworkBody<T>::add_products(const SpringPass<T>& pass, const Network
                                         const kernels::PackedHessian<T>& nodes) const {
     table_->run_spring_product(pass.law, accuracy_)(spring_runs(), nodes, at(tile.spring_run_begin),
                                                     at(tile.spring_run_end));
-    if (const auto cells = table_->run_cell_product(volume_in(pass))) {
+    if (const auto cells = table_->run_cell_product(pass.cells(volume_))) {
         cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
     table_->packed_spring_product(pass.law, accuracy_)(layout_.springs.data(), nodes, at(tile.spring_begin),
                                                        at(tile.spring_end));
-    if (const auto cells = table_->packed_cell_product(volume_in(pass))) {
+    if (const auto cells = table_->packed_cell_product(pass.cells(volume_))) {
         cells(layout_.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
     }
 }
@@ -140,12 +131,12 @@ void PackedNetworkBody<T>::add_diagonals(const SpringPass<T>& pass, const Networ
                                          const kernels::DiagonalBlocks<T>& sums) const {
     table_->run_spring_diagonal(pass.law, accuracy_)(spring_runs(), displacement, sums, at(tile.spring_run_begin),
                                                      at(tile.spring_run_end));
-    if (const auto cells = table_->run_cell_diagonal(volume_in(pass))) {
+    if (const auto cells = table_->run_cell_diagonal(pass.cells(volume_))) {
         cells(cell_runs(), displacement, sums, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
     table_->packed_spring_diagonal(pass.law, accuracy_)(layout_.springs.data(), displacement, sums,
                                                         at(tile.spring_begin), at(tile.spring_end));
-    if (const auto cells = table_->packed_cell_diagonal(volume_in(pass))) {
+    if (const auto cells = table_->packed_cell_diagonal(pass.cells(volume_))) {
         cells(layout_.cells.data(), displacement, sums, at(tile.cell_begin), at(tile.cell_end));
     }
 }
@@ -178,33 +169,19 @@ PotentialEnergy PackedNetworkBody<T>::energy(State<T>& state) const {
 }
 
 template <class T>
-std::vector<Stage> PackedNetworkBody<T>::product_stages(State<T>& state, const SpringPass<T>& pass,
-                                                        const NodeField<T>* direction, NodeField<T>& product) const {
+std::vector<Stage> PackedNetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
+                                                       const NodeField<T>* direction, NodeField<T>& product) const {
     const kernels::PackedHessian<T> nodes{state.displacement[0].data(), direction ? (*direction)[0].data() : nullptr,
                                           product[0].data(), pass.stiffening};
     return tile_stages(layout_, [=, this](const NetworkTile& tile) { add_products(pass, tile, nodes); });
 }
 
 template <class T>
-void PackedNetworkBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction,
-                                           NodeField<T>& product) const {
-    this->allocate_like(state.displacement, product);
-    std::fill_n(product[0].data(), product[0].size(), T(0));
-    this->workers().run(product_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
-}
-
-template <class T>
-std::vector<Stage> PackedNetworkBody<T>::spring_stages(State<T>& state, const SpringPass<T>& pass,
-                                                       const NodeField<T>* direction, NodeField<T>& product) const {
-    return product_stages(state, pass, direction, product);
-}
-
-template <class T>
-void PackedNetworkBody<T>::run_diagonal(State<T>& state, const SpringPass<T>& pass,
-                                        AlignedArray<T> (&blocks)[6]) const {
-    this->clear_blocks(layout_.size(), blocks);
+void PackedNetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
+                                           AlignedArray<T> (&blocks)[6]) const {
     kernels::DiagonalBlocks<T> sums{};
     for (std::size_t e = 0; e < 6; ++e) {
+        this->clear(layout_.size(), blocks[e]);
         sums.entry[e] = blocks[e].data();
     }
     sums.stiffening = pass.stiffening;
@@ -212,17 +189,6 @@ void PackedNetworkBody<T>::run_diagonal(State<T>& state, const SpringPass<T>& pa
     const auto stages =
         tile_stages(layout_, [&](const NetworkTile& tile) { add_diagonals(pass, tile, displacement, sums); });
     this->workers().run(stages, 1);
-}
-
-template <class T>
-void PackedNetworkBody<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, {kernels::SpringLaw::elastic}, blocks);
-}
-
-template <class T>
-void PackedNetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
-                                           AlignedArray<T> (&blocks)[6]) const {
-    run_diagonal(state, pass, blocks);
 }
 
 template <class T>
@@ -244,7 +210,7 @@ std::vector<Stage> PackedNetworkBody<T>::step_stages(State<T>& state, const Step
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
     const auto integrate = table_->packed_integrate(is_driven(parameters));
     // The integrating kernel leaves the forces zero for the next step.
-    clear_forces(state);
+    this->clear_like(state.displacement, state.force);
     const auto nodes = packed_nodes(state);
     constexpr std::size_t kPiece = 2048;
     std::vector<Stage> stages = accumulate(nodes);

@@ -25,8 +25,6 @@ public:
     State<T> make_state(bool moving) const override;
     std::vector<Stage> force_stages(State<T>& state) const override;
     PotentialEnergy energy(State<T>& state) const override;
-    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
-    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const override;
     std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
@@ -36,9 +34,6 @@ public:
     std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
-    std::vector<Stage> product_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
-                                      NodeField<T>& product) const;
-    void run_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const;
     kernels::SpringRuns<T> spring_runs() const;
     kernels::CellRuns<T> cell_runs() const;
     void add_forces(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const;
@@ -48,12 +43,7 @@ private:
     void add_products(const SpringPass<T>& pass, const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const;
     void add_diagonals(const SpringPass<T>& pass, const NetworkTile& tile, const T* displacement,
                        const kernels::DiagonalBlocks<T>& sums) const;
-    /// Of which cells a pass takes account.
-    kernels::Volume volume_in(const SpringPass<T>& pass) const {
-        return pass.law == kernels::SpringLaw::elastic ? volume_ : kernels::Volume::none;
-    }
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
-    void clear_forces(State<T>& state) const;
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 

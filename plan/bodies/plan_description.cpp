@@ -1,5 +1,7 @@
 #include "plan/bodies/plan_description.hpp"
 
+#include "layouts/messages.hpp"
+
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -31,16 +33,11 @@ bool is_driven(const StepParameters& p) {
 
 template <class T>
 kernels::StepConstants<T> step_constants(const StepParameters& p, double length_unit) {
-    const auto refuse = [](const char* name, double value, const char* allowed) {
-        std::ostringstream message;
-        message << name << " = " << value << " is not allowed: it must be " << allowed;
-        throw std::invalid_argument(message.str());
-    };
     if (!(p.time_step > 0) || !std::isfinite(p.time_step)) {
-        refuse("time_step", p.time_step, "finite and above 0");
+        refuse_value("time_step", p.time_step, "finite and above 0");
     }
     if (!(p.mass_damping >= 0) || !std::isfinite(p.mass_damping)) {
-        refuse("mass_damping", p.mass_damping, "finite and at least 0");
+        refuse_value("mass_damping", p.mass_damping, "finite and at least 0");
     }
     const double factor = 1 / (1 + p.time_step * p.mass_damping);
     kernels::StepConstants<T> constants{};
@@ -49,7 +46,7 @@ kernels::StepConstants<T> step_constants(const StepParameters& p, double length_
     constants.force_factor = static_cast<T>(p.time_step * factor);
     for (std::size_t c = 0; c < 3; ++c) {
         if (!std::isfinite(p.acceleration[c])) {
-            refuse("acceleration", p.acceleration[c], "finite");
+            refuse_value("acceleration", p.acceleration[c], "finite");
         }
         constants.velocity_gain[c] = static_cast<T>(p.acceleration[c] * p.time_step * factor / length_unit);
     }

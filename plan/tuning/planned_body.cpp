@@ -1,25 +1,16 @@
 #include "plan/tuning/planned_body.hpp"
 
+#include "layouts/messages.hpp"
 #include "plan/tuning/candidates.hpp"
 #include "plan/tuning/tuner.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <sstream>
 #include <stdexcept>
 
 namespace hybmss {
 namespace {
-
-void check_seconds(double seconds) {
-    if (!(seconds > 0) || !std::isfinite(seconds)) {
-        std::ostringstream message;
-        message << "measure_seconds = " << seconds << " is not allowed: it must be finite and above 0";
-        throw std::invalid_argument(message.str());
-    }
-}
 
 double figure_of(const std::vector<CandidateFigure>& figures, const std::string& candidate) {
     const auto found = std::find_if(figures.begin(), figures.end(),
@@ -34,15 +25,12 @@ std::string comparison(const WisdomEntry& entry, const Candidate& fixed_choice) 
     if (chosen <= 0) {
         return "the choice for larger bodies, with the threads that are of use here";
     }
-    char text[64];
-    std::snprintf(text, sizeof text, "%.3g ns a cell and step", chosen);
-    std::string all = text;
+    std::string all = printed("%.3g ns a cell and step", chosen);
     if (entry.choice == fixed_choice) {
         return all + ", the fixed choice too";
     }
     if (fixed > 0) {
-        std::snprintf(text, sizeof text, ", %.2f times as fast as the fixed choice ", fixed / chosen);
-        all += text + name(fixed_choice);
+        all += printed(", %.2f times as fast as the fixed choice ", fixed / chosen) + name(fixed_choice);
     }
     return all;
 }
@@ -56,7 +44,9 @@ public:
           key_((operation == Operation::step ? "step " : "forces ") + subject.body_class + " " + wish_class(options)) {}
 
     PlannedBody<T> measured() {
-        check_seconds(options_.measure_seconds);
+        if (const double seconds = options_.measure_seconds; !(seconds > 0) || !std::isfinite(seconds)) {
+            refuse_value("measure_seconds", seconds, "finite and above 0");
+        }
         if (const std::optional<WisdomEntry> entry = known()) {
             return make(entry->choice, "wisdom for this class of body: " + comparison(*entry, candidates_.front()),
                         entry->figures);
@@ -67,9 +57,10 @@ public:
         const auto start = std::chrono::steady_clock::now();
         WisdomEntry entry = measure(subject_, candidates_, options_, operation_);
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        char text[96];
-        std::snprintf(text, sizeof text, "measured now (%zu candidates, %.2g s): ", candidates_.size(), seconds);
-        PlannedBody<T> planned = make(entry.choice, text + comparison(entry, candidates_.front()), entry.figures);
+        PlannedBody<T> planned = make(entry.choice,
+                                      printed("measured now (%zu candidates, %.2g s): ", candidates_.size(), seconds) +
+                                          comparison(entry, candidates_.front()),
+                                      entry.figures);
         if (options_.wisdom) {
             WisdomStore::put(*options_.wisdom, key_, std::move(entry));
         }
@@ -149,10 +140,7 @@ PlanOptions with_level(const PlanOptions& options) {
         constexpr Precision kOwn = sizeof(T) == sizeof(float) ? Precision::float32 : Precision::float64;
         const double error = options.force_error, least = force_error_bound(Accuracy::accurate, kOwn);
         if (!(error >= least)) {
-            std::ostringstream message;
-            message << "force_error = " << error << " is not allowed: it must be 0 or at least " << least << " in "
-                    << (kOwn == Precision::float32 ? "float" : "double");
-            throw std::invalid_argument(message.str());
+            refuse_value("force_error", error, printed("0 or at least %g in ", least) + std::string(name(kOwn)));
         }
         same.accuracy = error >= force_error_bound(Accuracy::fast, kOwn) ? Accuracy::fast : Accuracy::accurate;
         same.force_error = 0;

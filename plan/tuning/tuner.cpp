@@ -70,7 +70,8 @@ double fastest_quarter_mean(std::vector<double> values) {
            static_cast<double>(quarter);
 }
 
-std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double budget, double slice_seconds) {
+std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double budget, double slice_seconds,
+                                        bool drop) {
     std::vector<Runner> runners;
     double spent = 0;
     for (const Trial& trial : trials) {
@@ -86,7 +87,7 @@ std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double
                 spent += run_slice(runner);
             }
         }
-        if (round >= 2) {
+        if (drop && round >= 2) {
             const double limit = drop_limit(round);
             double best = HUGE_VAL;
             for (const Runner& runner : runners) {
@@ -100,7 +101,7 @@ std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double
             }
         }
         const double most = round < kFinalRounds ? 2 * budget : budget;
-        if (left <= 1 || (round >= kLeastRounds && spent >= most)) {
+        if ((drop && left <= 1) || (round >= kLeastRounds && spent >= most)) {
             break;
         }
     }

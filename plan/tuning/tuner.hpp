@@ -24,8 +24,9 @@ struct TrialTiming {
 /// less than ten.
 ///
 /// Each slice is timed in four batches. A figure is the mean of the fastest quarter of a trial's batches: what disturbs
-/// one only ever makes it longer.
-std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double budget, double slice_seconds);
+/// one only ever makes it longer. `drop` false: none is dropped.
+std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double budget, double slice_seconds,
+                                        bool drop = true);
 
 /// How far apart two figures must be to count as different.
 inline constexpr double kTie = 1.02;

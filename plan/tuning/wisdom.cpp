@@ -1,6 +1,7 @@
 #include "hybmss/wisdom.hpp"
 
 #include "layouts/lattice/lattice_arrays.hpp"
+#include "layouts/messages.hpp"
 #include "layouts/read_file.hpp"
 #include "plan/bodies/plan_description.hpp"
 #include "plan/threads/workers.hpp"
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <system_error>
@@ -26,9 +26,7 @@ std::string cause(int error) {
 
 std::string size_class(std::size_t nodes) {
     const auto sized = static_cast<double>(std::clamp<std::size_t>(nodes, 1, kTunerSampleNodes));
-    char text[32];
-    std::snprintf(text, sizeof text, " nodes:2^%.1f", 0.5 * std::round(2 * std::log2(sized)));
-    return text;
+    return printed(" nodes:2^%.1f", 0.5 * std::round(2 * std::log2(sized)));
 }
 
 std::string volume_class(kernels::Volume volume) {

@@ -57,6 +57,11 @@ std::string wish_class(const PlanOptions& options);
 
 // ---- wisdom as text
 
+/// What it is measured on. The CPU by what Linux says: the model's name on x86, the part's numbers on ARM.
+std::string cpu_model();
+/// "sse2 avx2": those that this machine has.
+std::string instruction_set_names();
+
 /// All entries as text, after a head that tells what they hold for, before a checksum. See docs/tuning.md.
 std::string wisdom_text(const WisdomEntries& entries);
 

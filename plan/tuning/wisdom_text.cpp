@@ -1,5 +1,6 @@
 #include "hybmss/plan_options.hpp"
 #include "hybmss/version.hpp"
+#include "layouts/messages.hpp"
 #include "plan/tuning/digest.hpp"
 #include "plan/tuning/wisdom_store.hpp"
 
@@ -7,7 +8,6 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 
 namespace hybmss {
@@ -24,50 +24,14 @@ struct WisdomFact {
     std::string otherwise; ///< what wisdom is that says something else: "foreign" or "stale", and why
 };
 
-/// From Linux: the model's name on x86, the part's numbers on ARM.
-std::string cpu_model() {
-    std::ifstream cpuinfo("/proc/cpuinfo");
-    std::string line, arm;
-    while (std::getline(cpuinfo, line) && !line.empty()) {
-        const auto colon = line.find(": ");
-        if (colon == std::string::npos) {
-            continue;
-        }
-        const std::string value = line.substr(colon + 2);
-        if (line.starts_with("model name")) {
-            return value;
-        }
-        if (line.starts_with("CPU implementer") || line.starts_with("CPU variant") || line.starts_with("CPU part")) {
-            arm += (arm.empty() ? "" : " ") + value;
-        }
-    }
-    return arm.empty() ? "unknown" : arm;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-    std::string all;
-    for (const std::string& word : words) {
-        all += (all.empty() ? "" : " ") + word;
-    }
-    return all;
-}
-
-std::string instruction_sets() {
-    std::vector<std::string> names;
-    for (const InstructionSet set : available_instruction_sets()) {
-        names.emplace_back(name(set));
-    }
-    return joined(names);
-}
-
 /// Library version, CPU model, instruction sets, layouts and a digest of the kernels, in the order in which a file
 /// holds them.
 std::vector<WisdomFact> wisdom_facts() {
     return {{"version", kVersion, "stale: written by another version of hybmss"},
             {"cpu", cpu_model(), "foreign: measured on another CPU"},
-            {"instruction_sets", instruction_sets(), "foreign: measured with other instruction sets"},
-            {"lattice_layouts", joined(lattice_layouts()), "stale: measured among other lattice layouts"},
-            {"network_layouts", joined(network_layouts()), "stale: measured among other network layouts"},
+            {"instruction_sets", instruction_set_names(), "foreign: measured with other instruction sets"},
+            {"lattice_layouts", joined(lattice_layouts(), " "), "stale: measured among other lattice layouts"},
+            {"network_layouts", joined(network_layouts(), " "), "stale: measured among other network layouts"},
             {"kernels", HYBMSS_KERNEL_REVISION, "stale: measured with other kernels or another compiler"}};
 }
 
@@ -206,12 +170,37 @@ WisdomEntry parse_entry(Lines& lines) {
 
 } // namespace
 
+std::string cpu_model() {
+    std::ifstream cpuinfo("/proc/cpuinfo");
+    std::string line, arm;
+    while (std::getline(cpuinfo, line) && !line.empty()) {
+        const auto colon = line.find(": ");
+        if (colon == std::string::npos) {
+            continue;
+        }
+        const std::string value = line.substr(colon + 2);
+        if (line.starts_with("model name")) {
+            return value;
+        }
+        if (line.starts_with("CPU implementer") || line.starts_with("CPU variant") || line.starts_with("CPU part")) {
+            arm += (arm.empty() ? "" : " ") + value;
+        }
+    }
+    return arm.empty() ? "unknown" : arm;
+}
+
+std::string instruction_set_names() {
+    std::vector<std::string> names;
+    for (const InstructionSet set : available_instruction_sets()) {
+        names.emplace_back(name(set));
+    }
+    return joined(names, " ");
+}
+
 std::string wisdom_checksum_line(std::string_view body) {
     Digest digest;
     digest.add(body);
-    char line[40];
-    std::snprintf(line, sizeof line, "%s%016llx\n", kChecksum.data(), static_cast<unsigned long long>(digest.value()));
-    return line;
+    return printed("%s%016llx\n", kChecksum.data(), static_cast<unsigned long long>(digest.value()));
 }
 
 std::string wisdom_text(const WisdomEntries& entries) {
@@ -223,9 +212,8 @@ std::string wisdom_text(const WisdomEntries& entries) {
     for (const auto& [key, entry] : entries) {
         text += "\nbody = " + key + "\nchoice = " + name(entry.choice) + "\n";
         for (const CandidateFigure& figure : entry.figures) {
-            char number[32];
-            std::snprintf(number, sizeof number, "%.4g", figure.ns_per_cell_step);
-            text += std::string("figure = ") + number + (figure.finalist ? " final " : " early ") + figure.name + "\n";
+            text += printed("figure = %.4g ", figure.ns_per_cell_step) + (figure.finalist ? "final " : "early ") +
+                    figure.name + "\n";
         }
     }
     return text + wisdom_checksum_line(text);

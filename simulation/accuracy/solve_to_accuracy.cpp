@@ -1,11 +1,11 @@
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/accuracy/mesh_convergence.hpp"
 #include "simulation/run/memory.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -30,12 +30,6 @@ double tolerance_for(double accuracy, Precision precision) {
 /// The fastest level whose errors are small against what a node may be left unbalanced by.
 Accuracy kernel_for(double tolerance, Precision precision) {
     return force_error_bound(Accuracy::fast, precision) <= 0.1 * tolerance ? Accuracy::fast : Accuracy::accurate;
-}
-
-std::string message(const char* format, auto... values) {
-    char buffer[256];
-    std::snprintf(buffer, sizeof buffer, format, values...);
-    return buffer;
 }
 
 void check(const Scene& scene) {
@@ -173,7 +167,7 @@ public:
             const double room = std::cbrt(std::min(available / bytes, kMostNodes / nodes)) *
                                 static_cast<double>(multiple) / static_cast<double>(multiples_.back());
             throw scene_error(scene_, "solver.accuracy",
-                              message("it needs about %lld x %lld x %lld cells (%.3g GB; %.3g GB are free); about %.2g "
+                              printed("it needs about %lld x %lld x %lld cells (%.3g GB; %.3g GB are free); about %.2g "
                                       "or more can be had here",
                                       static_cast<long long>(body.cells[0]), static_cast<long long>(body.cells[1]),
                                       static_cast<long long>(body.cells[2]), bytes / 1e9, available / 1e9,
@@ -254,7 +248,7 @@ AccurateSolution finished(MeshRefinement& refinement) {
     const AccuracyReport& report = refinement.report();
     summary.accuracy = report;
     if (summary.failure.empty() && !report.reached()) {
-        const std::string text = message("the estimated error, %.2g, is above the accuracy wanted, %.2g",
+        const std::string text = printed("the estimated error, %.2g, is above the accuracy wanted, %.2g",
                                          report.error_estimate, report.wanted);
         if (report.free_mesh) {
             summary.failure = text;

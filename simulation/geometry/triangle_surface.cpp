@@ -1,10 +1,10 @@
 #include "simulation/geometry/triangle_surface.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <stdexcept>
 
@@ -77,12 +77,10 @@ Orientation require_closed(const TriangleSurface& surface) {
     if (open > 0) {
         const auto& a = surface.vertices[first_open->low];
         const auto& b = surface.vertices[first_open->high];
-        char text[256];
-        std::snprintf(text, sizeof text,
-                      "it is not closed: %zu of its edges belong to an odd number of triangles, the first from "
-                      "(%g, %g, %g) to (%g, %g, %g)",
-                      open, a[0], a[1], a[2], b[0], b[1], b[2]);
-        throw std::runtime_error(text);
+        throw std::runtime_error(
+            printed("it is not closed: %zu of its edges belong to an odd number of triangles, the first from "
+                    "(%g, %g, %g) to (%g, %g, %g)",
+                    static_cast<std::size_t>(open), a[0], a[1], a[2], b[0], b[1], b[2]));
     }
     return orientation;
 }

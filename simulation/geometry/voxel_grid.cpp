@@ -1,10 +1,10 @@
 #include "simulation/geometry/voxel_grid.hpp"
 
+#include "layouts/messages.hpp"
 #include "layouts/read_file.hpp"
 
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
 
@@ -69,10 +69,9 @@ std::vector<std::uint8_t> read_labels(std::string_view data, const std::array<st
                 const float value = float_at(sample, format.big_endian);
                 // NaN fails every comparison.
                 if (!(value >= 0 && value <= 255 && std::floor(value) == value)) {
-                    char text[128];
-                    std::snprintf(text, sizeof text, "cell (%zu, %zu, %zu) holds %g", i, j, k,
-                                  static_cast<double>(value));
-                    throw std::runtime_error(std::string(text) + "; labels are whole numbers from 0 (no cell) to 255");
+                    throw std::runtime_error(
+                        printed("cell (%zu, %zu, %zu) holds %g; labels are whole numbers from 0 (no cell) to 255", i, j,
+                                k, static_cast<double>(value)));
                 }
                 labels[cell] = static_cast<std::uint8_t>(value);
             }

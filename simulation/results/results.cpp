@@ -1,5 +1,6 @@
 #include "simulation/results/results.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/results/vtu_file.hpp"
 #include "simulation/scene/scene_body.hpp"
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -64,9 +64,7 @@ void drop_bare_nodes(std::vector<Vector3>& points, std::vector<Vector3>& u, std:
 
 void append(std::string& row, const Vector3& values) {
     for (double v : values) {
-        char text[40];
-        std::snprintf(text, sizeof text, ",%.9g", v);
-        row += text;
+        row += printed(",%.9g", v);
     }
 }
 
@@ -138,17 +136,13 @@ Results::Results(std::filesystem::path directory, const Simulation& simulation, 
 }
 
 std::string Results::frame_name(std::size_t frame) {
-    char name[40];
-    std::snprintf(name, sizeof name, "body_%04zu.vtu", frame);
-    return name;
+    return printed("body_%04zu.vtu", frame);
 }
 
 std::string Results::state() const {
     std::string text;
     for (const auto& [time, name] : frames_) {
-        char line[40];
-        std::snprintf(line, sizeof line, "%a\n", time); // in hexadecimal: every bit
-        text += line;
+        text += printed("%a\n", time); // in hexadecimal: every bit
     }
     return text + "\n" + rows_;
 }
@@ -187,9 +181,7 @@ void Results::record() {
     }
     frames_.emplace_back(simulation_.time(), name);
 
-    char time[40];
-    std::snprintf(time, sizeof time, "%.9g", simulation_.time());
-    std::string row = time;
+    std::string row = printed("%.9g", simulation_.time());
     for (const ProbeReading& probe : probes) {
         append(row, probe.force);
         append(row, probe.torque);

@@ -7,16 +7,6 @@
 namespace hybmss {
 namespace {
 
-template <class T>
-void copy(VectorField<const T> from, VectorField<T> to) {
-    for (std::size_t n = 0; n < from.size; ++n) {
-        const auto in = static_cast<std::ptrdiff_t>(n) * from.stride, out = static_cast<std::ptrdiff_t>(n) * to.stride;
-        to.x[out] = from.x[in];
-        to.y[out] = from.y[in];
-        to.z[out] = from.z[in];
-    }
-}
-
 /// What get(dynamics, field) writes.
 template <class T, template <class> class Dynamics, class Get>
 std::vector<Vector3> read(const Dynamics<T>& dynamics, const Get& get) {
@@ -77,22 +67,6 @@ EquilibriumResult ImplicitDynamics<T>::follow(const std::function<Loading(double
 }
 
 template <class T>
-void ImplicitDynamics<T>::get_displacements(VectorField<T> out) const {
-    copy(view(displacement_), out);
-}
-template <class T>
-void ImplicitDynamics<T>::get_velocities(VectorField<T> out) const {
-    copy(view(velocity_), out);
-}
-template <class T>
-void ImplicitDynamics<T>::set_displacements(VectorField<const T> in) {
-    copy(in, view(displacement_));
-}
-template <class T>
-void ImplicitDynamics<T>::set_velocities(VectorField<const T> in) {
-    copy(in, view(velocity_));
-}
-template <class T>
 std::vector<T> ImplicitDynamics<T>::exact_state() const {
     std::vector<T> values = displacement_;
     values.insert(values.end(), velocity_.begin(), velocity_.end());
@@ -112,17 +86,6 @@ void ImplicitDynamics<T>::set_exact_state(std::span<const T> values) {
     solver_.set_memory(values.subspan(2 * size));
 }
 template <class T>
-void ImplicitDynamics<T>::get_forces(VectorField<T> out) const {
-    solver_.get_forces(view(displacement_), out);
-}
-
-template <class T>
-PotentialEnergy ImplicitDynamics<T>::potential_energy() const {
-    Field force(displacement_.size());
-    return solver_.get_forces(view(displacement_), view(force));
-}
-
-template <class T>
 double ImplicitDynamics<T>::kinetic_energy() const {
     double sum = 0;
     for (std::size_t n = 0; n < node_count(); ++n) {
@@ -132,6 +95,16 @@ double ImplicitDynamics<T>::kinetic_energy() const {
         }
     }
     return sum;
+}
+
+template <class T>
+void ImplicitDynamics<T>::copy(VectorField<const T> from, VectorField<T> to) {
+    for (std::size_t n = 0; n < from.size; ++n) {
+        const auto in = static_cast<std::ptrdiff_t>(n) * from.stride, out = static_cast<std::ptrdiff_t>(n) * to.stride;
+        to.x[out] = from.x[in];
+        to.y[out] = from.y[in];
+        to.z[out] = from.z[in];
+    }
 }
 
 template class ImplicitDynamics<float>;

@@ -32,15 +32,15 @@ public:
     /// Follows a path of loadings from the fraction 0 to equilibrium at 1; the velocity becomes zero.
     EquilibriumResult follow(const std::function<Loading(double fraction)>& path, const EquilibriumOptions& options);
 
-    void get_displacements(VectorField<T> out) const;
-    void get_velocities(VectorField<T> out) const;
-    void set_displacements(VectorField<const T> in);
-    void set_velocities(VectorField<const T> in);
+    void get_displacements(VectorField<T> out) const { copy(view(displacement_), out); }
+    void get_velocities(VectorField<T> out) const { copy(view(velocity_), out); }
+    void set_displacements(VectorField<const T> in) { copy(in, view(displacement_)); }
+    void set_velocities(VectorField<const T> in) { copy(in, view(velocity_)); }
     /// What later steps depend on with every bit: six values a node, m and m/s, and the solver's memory.
     std::vector<T> exact_state() const;
     void set_exact_state(std::span<const T> values);
     /// Sets (not adds) the internal forces, N, at the present displacements.
-    void get_forces(VectorField<T> out) const;
+    void get_forces(VectorField<T> out) const { solver_.get_forces(view(displacement_), out); }
     void damp_springs(double stiffness_damping) { solver_.damp_springs(stiffness_damping); }
     void get_effect_forces(VectorField<T> out) const {
         solver_.get_effect_forces(view(displacement_), view(velocity_), out);
@@ -50,12 +50,16 @@ public:
     void set_effect_memory(std::span<const double> memory) { solver_.set_effect_memory(memory); }
     std::span<const double> masses() const { return solver_.masses(); }
 
-    PotentialEnergy potential_energy() const;
+    PotentialEnergy potential_energy() const {
+        Field force(displacement_.size());
+        return solver_.get_forces(view(displacement_), view(force));
+    }
     double kinetic_energy() const;
     PlanDescription describe() const { return solver_.describe(); }
 
 private:
     using Field = std::vector<T>; ///< x y z a node
+    static void copy(VectorField<const T> from, VectorField<T> to);
     VectorField<T> view(Field& field) const { return VectorField<T>::aos(field.data(), node_count()); }
     VectorField<const T> view(const Field& field) const {
         return VectorField<const T>::aos(field.data(), node_count());

@@ -10,17 +10,6 @@
 namespace hybmss {
 namespace {
 
-bool inside(const BoxRegion& box, const Vector3& x, double slack) {
-    bool all = true;
-    for (std::size_t a = 0; a < 3; ++a) {
-        all = all && x[a] >= box.low[a] - slack && x[a] <= box.high[a] + slack;
-    }
-    return all;
-}
-bool inside(const SphereRegion& sphere, const Vector3& x, double slack) {
-    const Vector3& c = sphere.center;
-    return std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) <= sphere.radius + slack;
-}
 bool inside(const HalfSpace& half, const Vector3& x, double slack) {
     const Vector3 &p = half.point, &n = half.normal;
     const double height = (x[0] - p[0]) * n[0] + (x[1] - p[1]) * n[1] + (x[2] - p[2]) * n[2];

@@ -1,17 +1,11 @@
 #include "simulation/run/effect_list.hpp"
 
+#include "layouts/messages.hpp"
+
 #include <algorithm>
-#include <cstdio>
 
 namespace hybmss {
 namespace {
-
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-    char buffer[256];
-    std::snprintf(buffer, sizeof buffer, pattern, values...);
-    return buffer;
-}
 
 bool always(const Scene&) {
     return true;
@@ -21,14 +15,14 @@ std::string never_absent(const Scene&) {
 }
 
 std::string edges(const Simulation& s) {
-    return format("%zu: every cell has them", s.lattice().merged_springs(false).edges);
+    return printed("%zu: every cell has them", s.lattice().merged_springs(false).edges);
 }
 std::string cube_diagonals(const Simulation& s) {
-    return format("%zu: every cell has them", s.lattice().merged_springs(false).cube_diagonals);
+    return printed("%zu: every cell has them", s.lattice().merged_springs(false).cube_diagonals);
 }
 std::string face_diagonals(const Simulation& s) {
-    return format("%zu: face_diagonal_ratio = %g > 0", s.lattice().merged_springs(true).face_diagonals,
-                  s.scene().material.face_diagonal_ratio);
+    return printed("%zu: face_diagonal_ratio = %g > 0", s.lattice().merged_springs(true).face_diagonals,
+                   s.scene().material.face_diagonal_ratio);
 }
 
 std::string volume_force(const Simulation& s) {
@@ -37,8 +31,8 @@ std::string volume_force(const Simulation& s) {
     const char* why = material.volume_energy != VolumeEnergy::automatic ? "as asked"
                       : quadratic                                       ? "automatic: poisson_ratio >= 0.25"
                                                                         : "automatic: poisson_ratio < 0.25";
-    return format("%s energy (%s); poisson_ratio = %g makes kappa = %.6g Pa", quadratic ? "quadratic" : "mean stretch",
-                  why, material.poisson_ratio, volume_modulus(material));
+    return printed("%s energy (%s); poisson_ratio = %g makes kappa = %.6g Pa", quadratic ? "quadratic" : "mean stretch",
+                   why, material.poisson_ratio, volume_modulus(material));
 }
 
 std::string no_volume_force(const Scene& scene) {
@@ -48,7 +42,7 @@ std::string no_volume_force(const Scene& scene) {
 
 std::string gravity(const Simulation& s) {
     const auto& g = s.scene().gravity.acceleration;
-    return format("(%g, %g, %g) m/s^2", g[0], g[1], g[2]);
+    return printed("(%g, %g, %g) m/s^2", g[0], g[1], g[2]);
 }
 
 std::string prescribed_motion(const Simulation& s) {
@@ -56,9 +50,9 @@ std::string prescribed_motion(const Simulation& s) {
     for (const Move& move : s.scene().moves) {
         over = std::max(over, move.over);
     }
-    std::string text = format("%zu nodes, by %zu [[move]]", s.moved_node_count(), s.scene().moves.size());
+    std::string text = printed("%zu nodes, by %zu [[move]]", s.moved_node_count(), s.scene().moves.size());
     if (s.scene().solver.method != SolverMethod::static_equilibrium) {
-        text += format(", over %g s", over);
+        text += printed(", over %g s", over);
     }
     return text;
 }
@@ -67,8 +61,8 @@ std::string contact(const Simulation& s) {
     const std::vector<SceneObstacle>& obstacles = s.scene().obstacles;
     const auto rough =
         std::count_if(obstacles.begin(), obstacles.end(), [](const SceneObstacle& o) { return o.friction > 0; });
-    return format("%zu surface nodes with %zu [[obstacle]], %td with friction", surface_nodes(s.lattice()).size(),
-                  obstacles.size(), rough);
+    return printed("%zu surface nodes with %zu [[obstacle]], %td with friction", surface_nodes(s.lattice()).size(),
+                   obstacles.size(), rough);
 }
 
 /// A rough floor that the body's lower face touches.
@@ -103,7 +97,7 @@ constexpr EffectRule kEffects[] = {
      true, [](const Scene& s) { return s.material.stiffening.any(); },
      [](const Simulation& s) {
          const SpringStiffening& law = s.scene().material.stiffening;
-         return format("force k l (e + %g e^2 + %g e^3) at the strain e", law.quadratic, law.cubic);
+         return printed("force k l (e + %g e^2 + %g e^3) at the strain e", law.quadratic, law.cubic);
      },
      [](const Scene&) { return std::string("no material.stiffening_quadratic or stiffening_cubic, or zero"); },
      [](Scene& s) {
@@ -125,17 +119,17 @@ constexpr EffectRule kEffects[] = {
      [](const Simulation& s) { return std::string(name(s.scene().solver.method)); }, never_absent, nullptr, nullptr},
     {"mass damping", "`damping.mass`", "a variant of the sweep, with gravity", "", "nothing", false,
      [](const Scene& s) { return s.damping.mass > 0; },
-     [](const Simulation& s) { return format("%g 1/s", s.scene().damping.mass); },
+     [](const Simulation& s) { return printed("%g 1/s", s.scene().damping.mass); },
      [](const Scene&) { return std::string("no damping.mass, or zero"); }, [](Scene& s) { s.damping.mass = 2; },
      [](Scene& s) { s.damping.mass = 0; }},
     {"stiffness damping", "`damping.stiffness`", "a sweep over the springs, and a kick of the velocities",
      "spring_pass<damping>, kick", "3 numbers a node", false, [](const Scene& s) { return s.damping.stiffness > 0; },
-     [](const Simulation& s) { return format("%g s", s.scene().damping.stiffness); },
+     [](const Simulation& s) { return printed("%g s", s.scene().damping.stiffness); },
      [](const Scene&) { return std::string("no damping.stiffness, or zero"); },
      [](Scene& s) { s.damping.stiffness = 1e-4; }, [](Scene& s) { s.damping.stiffness = 0; }},
     {"loads", "`[[load]]`", "a pass over the loaded components", "a loop over components",
      "24 bytes a component (float: 16)", true, [](const Scene& s) { return !s.loads.empty(); },
-     [](const Simulation& s) { return format("%zu [[load]]", s.scene().loads.size()); },
+     [](const Simulation& s) { return printed("%zu [[load]]", s.scene().loads.size()); },
      [](const Scene&) { return std::string("no [[load]]"); },
      [](Scene& s) {
          s.loads.push_back({FaceRegion{1, true}, {0, -1, 0}});
@@ -143,7 +137,7 @@ constexpr EffectRule kEffects[] = {
      [](Scene& s) { s.loads.clear(); }},
     {"cutting", "`[[cut]]`", "nothing between bites", "", "the removed cells' numbers", false,
      [](const Scene& s) { return !s.cuts.empty(); },
-     [](const Simulation& s) { return format("%zu [[cut]]", s.scene().cuts.size()); },
+     [](const Simulation& s) { return printed("%zu [[cut]]", s.scene().cuts.size()); },
      [](const Scene&) { return std::string("no [[cut]]"); },
      [](Scene& s) {
          s.cuts.push_back({BoxRegion{{-1, -1, -1}, {0, 0, 0}}, {0, 0, 0}, 1e6});
@@ -156,7 +150,7 @@ constexpr EffectRule kEffects[] = {
     {"fixed nodes", "`[[fix]]`", "a pass over the held components", "a loop over components",
      "32 bytes a component (float: 24)", true, [](const Scene& s) { return !s.fixes.empty(); },
      [](const Simulation& s) {
-         return format("%zu nodes, by %zu [[fix]]", s.fixed_node_count(), s.scene().fixes.size());
+         return printed("%zu nodes, by %zu [[fix]]", s.fixed_node_count(), s.scene().fixes.size());
      },
      [](const Scene&) { return std::string("no [[fix]]"); },
      [](Scene& s) {

@@ -1,11 +1,11 @@
 #include "simulation/run/memory.hpp"
 
+#include "layouts/messages.hpp"
 #include "plan/bodies/layout_table.hpp"
 #include "simulation/scene/scene_body.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -13,9 +13,7 @@ namespace hybmss {
 namespace {
 
 std::string gigabytes(double bytes) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g GB", bytes / 1e9);
-    return text;
+    return printed("%.3g GB", bytes / 1e9);
 }
 
 double grid_nodes(const SceneBody& body) {

@@ -1,5 +1,6 @@
 #include "simulation/run/readings.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
 #include <algorithm>
@@ -156,7 +157,7 @@ std::string Simulation::Implementation::blow_up(const Energies& e) const {
     const char* inverted = scene.material.poisson_ratio < 0.25 ? "; cells that turn inside out do this below "
                                                                  "poisson_ratio = 0.25, whatever the step"
                                                                : "";
-    return text(
+    return printed(
         "diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or gentler motions "
         "and loads may help%s",
         steps, time(), cause, time_step, inverted);
@@ -181,9 +182,10 @@ std::vector<std::string> Simulation::Implementation::warnings(std::span<const Na
     for (std::size_t o = 0; o < readings.size(); ++o) {
         const double depth = readings[o].reading.greatest_depth, good = obstacles.greatest_good_depth(o);
         if (depth > good) {
-            lines.push_back(text("nodes were up to %.3g m deep in %s, where more than %.3g m may let them through; a "
-                                 "slower impact, a stiffer or a thicker obstacle may help",
-                                 depth, readings[o].name.c_str(), good));
+            lines.push_back(
+                printed("nodes were up to %.3g m deep in %s, where more than %.3g m may let them through; a "
+                        "slower impact, a stiffer or a thicker obstacle may help",
+                        depth, readings[o].name.c_str(), good));
         }
     }
     return lines;

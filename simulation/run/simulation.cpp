@@ -1,5 +1,6 @@
 #include "hybmss/simulation/simulation.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
@@ -211,9 +212,9 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     summary.converged = summary.settlement.settled && summary.failure.empty();
     if (!is_static() && scene.solver.tolerance && !summary.converged && summary.failure.empty()) {
         summary.failure =
-            text("not settled after duration = %.6g s: residual %.3g, kinetic ratio %.3g, tolerance %.3g%s",
-                 scene.solver.duration, summary.settlement.residual, summary.settlement.kinetic_ratio,
-                 *scene.solver.tolerance, moving() ? "; a motion has not ended" : "");
+            printed("not settled after duration = %.6g s: residual %.3g, kinetic ratio %.3g, tolerance %.3g%s",
+                    scene.solver.duration, summary.settlement.residual, summary.settlement.kinetic_ratio,
+                    *scene.solver.tolerance, moving() ? "; a motion has not ended" : "");
     }
     summary.probes = read_probes();
     summary.obstacles = read_obstacles();

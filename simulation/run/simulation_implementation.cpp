@@ -1,5 +1,6 @@
 #include "simulation/run/simulation_implementation.hpp"
 
+#include "layouts/messages.hpp"
 #include "plan/bodies/layout_table.hpp"
 #include "simulation/run/memory.hpp"
 #include "simulation/scene/scene_body.hpp"
@@ -41,14 +42,14 @@ double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) 
     const double step = scene.solver.time_step.value_or(kTimeStepFraction * followed);
     if (explicit_in_time && step > critical) {
         throw scene_error(scene, "solver.time_step",
-                          text("above the stable time step; it must be above 0 and at most %.6g s (method = "
-                               "\"backward-euler\" takes any)",
-                               critical));
+                          printed("above the stable time step; it must be above 0 and at most %.6g s (method = "
+                                  "\"backward-euler\" takes any)",
+                                  critical));
     }
     if (scene.solver.duration / step > 1e15) {
         throw scene_error(
             scene, "solver.duration",
-            text("%.3g steps of %.6g s; at most 1e15 steps are allowed", scene.solver.duration / step, step));
+            printed("%.3g steps of %.6g s; at most 1e15 steps are allowed", scene.solver.duration / step, step));
     }
     return step;
 }
@@ -149,14 +150,15 @@ void Simulation::Implementation::check_start() const {
     for (std::size_t o = 0; o < readings.size(); ++o) {
         const ObstacleShape& shape = scene.obstacles[o].shape;
         if (const ObstacleReading& reading = readings[o].reading; reading.depth > scene.body.cell_size) {
-            throw scene_error(scene,
-                              "obstacle[" + std::to_string(o) + "]." +
-                                  (std::holds_alternative<PlaneShape>(shape)    ? "plane"
-                                   : std::holds_alternative<SphereShape>(shape) ? "sphere"
-                                                                                : "box"),
-                              text("%zu nodes of the body lie in it at the start, up to %.3g m deep; at most a cell, "
-                                   "%.3g m, is allowed",
-                                   reading.nodes, reading.depth, scene.body.cell_size));
+            throw scene_error(
+                scene,
+                "obstacle[" + std::to_string(o) + "]." +
+                    (std::holds_alternative<PlaneShape>(shape)    ? "plane"
+                     : std::holds_alternative<SphereShape>(shape) ? "sphere"
+                                                                  : "box"),
+                printed("%zu nodes of the body lie in it at the start, up to %.3g m deep; at most a cell, "
+                        "%.3g m, is allowed",
+                        reading.nodes, reading.depth, scene.body.cell_size));
         }
     }
 }
@@ -306,7 +308,7 @@ std::string Simulation::Implementation::solve(const RunCallbacks& callbacks) {
     if (solved) {
         return "";
     }
-    return text("no equilibrium (%s): ", std::string(name(result.status)).c_str()) + explained(result, scene);
+    return printed("no equilibrium (%s): ", std::string(name(result.status)).c_str()) + explained(result, scene);
 }
 
 std::string Simulation::Implementation::implicit_step() {
@@ -321,8 +323,8 @@ std::string Simulation::Implementation::implicit_step() {
         return "";
     }
     supports.at(time());
-    return text("step %ld (t = %.6g s) did not converge (%s, residual %.3g): ", steps + 1, end,
-                std::string(name(result.status)).c_str(), result.residual) +
+    return printed("step %ld (t = %.6g s) did not converge (%s, residual %.3g): ", steps + 1, end,
+                   std::string(name(result.status)).c_str(), result.residual) +
            explained(result, scene);
 }
 

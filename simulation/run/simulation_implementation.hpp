@@ -13,21 +13,12 @@
 #include "simulation/run/readings.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace hybmss {
-
-/// A line of text by a printf format.
-template <class... Values>
-std::string text(const char* format, Values... values) {
-    char buffer[256];
-    std::snprintf(buffer, sizeof buffer, format, values...);
-    return buffer;
-}
 
 /// The scene's probes. Throws SceneError where a region is empty.
 std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest);

@@ -167,21 +167,9 @@ std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, c
     return where(rest, [&](const Vector3& x) { return std::abs(x[axis] - plane) <= slack; });
 }
 
-std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, const BoxRegion& box) {
-    return where(rest, [&](const Vector3& x) {
-        bool inside = true;
-        for (std::size_t a = 0; a < 3; ++a) {
-            inside = inside && x[a] >= box.low[a] - slack && x[a] <= box.high[a] + slack;
-        }
-        return inside;
-    });
-}
-
-std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, const SphereRegion& sphere) {
-    const Vector3& c = sphere.center;
-    return where(rest, [&](const Vector3& x) {
-        return std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) <= sphere.radius + slack;
-    });
+/// In a box or a sphere.
+std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, const auto& solid) {
+    return where(rest, [&](const Vector3& x) { return inside(solid, x, slack); });
 }
 
 std::vector<std::uint32_t> select(std::span<const Vector3> rest, double, const NodeRegion& region) {
@@ -192,6 +180,19 @@ std::vector<std::uint32_t> select(std::span<const Vector3> rest, double, const N
 }
 
 } // namespace
+
+bool inside(const BoxRegion& box, const Vector3& x, double slack) {
+    bool all = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+        all = all && x[a] >= box.low[a] - slack && x[a] <= box.high[a] + slack;
+    }
+    return all;
+}
+
+bool inside(const SphereRegion& sphere, const Vector3& x, double slack) {
+    const Vector3& c = sphere.center;
+    return std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) <= sphere.radius + slack;
+}
 
 std::vector<Vector3> rest_positions(const Lattice& lattice, const Vector3& origin) {
     std::vector<Vector3> rest;

@@ -34,6 +34,10 @@ std::vector<Vector3> rest_positions(const Lattice& lattice, const Vector3& origi
 /// millionth of a cell.
 std::vector<std::uint32_t> select_nodes(std::span<const Vector3> rest, double cell_size, const Region& region);
 
+/// Whether a point lies in it, or as near to it as `slack`.
+bool inside(const BoxRegion& box, const Vector3& x, double slack);
+bool inside(const SphereRegion& sphere, const Vector3& x, double slack);
+
 /// The mean rest position, m. At least one node.
 Vector3 rest_centroid(std::span<const Vector3> rest, std::span<const std::uint32_t> nodes);
 

@@ -1,9 +1,9 @@
 // The one table of scene keys. A new key is a row here, and its use.
 
+#include "layouts/messages.hpp"
 #include "simulation/scene/scene_shapes.hpp"
 
 #include <cmath>
-#include <sstream>
 
 namespace hybmss {
 namespace scene_format {
@@ -106,10 +106,10 @@ void relate_material(const TableCheck& table, const Material& material) {
     const SpringStiffening& given = material.stiffening;
     const StiffeningRange range = quadratic_stiffening(given.cubic);
     if (given.quadratic < range.least || given.quadratic > range.most) {
-        std::ostringstream reason;
-        reason << "with stiffening_cubic = " << given.cubic << " it must be in [" << range.least << ", " << range.most
-               << "], so that no spring gives way as it is pulled";
-        table.refuse("stiffening_quadratic", reason.str());
+        table.refuse("stiffening_quadratic",
+                     printed("with stiffening_cubic = %g it must be in [%g, %g], so that no spring gives way as it is "
+                             "pulled",
+                             given.cubic, range.least, range.most));
     }
 }
 

@@ -209,10 +209,9 @@ Scene parse_scene(std::string_view text, const std::string& filename) {
         scene.source.canonical = canonical.str();
         read_body_files(scene);
     } catch (const toml::parse_error& error) {
-        std::ostringstream message;
-        message << filename << ":" << error.source().begin.line << ":" << error.source().begin.column
-                << ": TOML syntax: " << error.description();
-        throw SceneError(one_line(message.str()));
+        const toml::source_position& at = error.source().begin;
+        throw SceneError(one_line(filename + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                                  ": TOML syntax: " + std::string(error.description())));
     }
     return scene;
 }

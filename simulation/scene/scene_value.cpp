@@ -1,8 +1,9 @@
 #include "simulation/scene/scene_keys.hpp"
 
+#include "layouts/messages.hpp"
+
 #include <algorithm>
 #include <bit>
-#include <cstdio>
 
 namespace hybmss::scene_format {
 void Check::number(double value) const {
@@ -12,11 +13,8 @@ void Check::number(double value) const {
 }
 
 void Check::refuse(double value, std::string_view allowed) const {
-    char number[64] = "";
-    if (!as_written) {
-        std::snprintf(number, sizeof number, "%g is not allowed: ", value);
-    }
-    throw scene_error(scene, path, std::string(number).append("it must be ").append(allowed));
+    const std::string number = as_written ? "" : printed("%g is not allowed: ", value);
+    throw scene_error(scene, path, (number + "it must be ").append(allowed));
 }
 
 const SceneValue::Array& Given::array(const SceneValue& item, std::size_t size) const {
