@@ -66,10 +66,14 @@ struct EquilibriumOptions {
     int load_steps = 1000;       ///< at most, failed ones included
     double first_load_step = 1;  ///< the fraction of the loading that is tried first, in (0, 1]
     double smallest_load_step = 1e-4;
+    /// The longest load step, in (0, 1]: what turns a body by more than about 60 degrees in one step may end at a state
+    /// that is turned by as much less a whole turn.
+    double largest_load_step = 1;
     PreconditionerKind preconditioner = PreconditionerKind::automatic;
     /// At the end, look for a direction in which the energy curves downwards (conjugate gradients for random forces),
     /// and where there is one go on to a lower minimum. A symmetric solve may otherwise end at a saddle: no force
-    /// points away from it. Costs about a Newton iteration.
+    /// points away from it. Costs about a Newton iteration. Slender lattices do so by themselves where such a direction
+    /// was met on the way.
     bool leave_saddles = false;
     /// Called at every Newton iteration; false stops the solve. May be empty.
     std::function<bool(const EquilibriumProgress&)> progress;
@@ -78,17 +82,18 @@ struct EquilibriumOptions {
 struct EquilibriumResult {
     EquilibriumStatus status = EquilibriumStatus::converged;
     std::string message; ///< why the solve did not converge, in one line; "" where it did
-    /// The largest unbalanced force over the largest support force or load; where the solve failed, of its last
-    /// attempt.
+    /// The largest unbalanced force over the largest support force or load, of the state that is returned, under the
+    /// part of the loading that load_fraction says.
     double residual = 0;
     double potential = 0;     ///< J: energy of the body less the work of the loads (and what drives an implicit step)
-    double load_fraction = 0; ///< how far the loading was followed: 1 where all went well
+    double load_fraction = 0; ///< the part of the loading that the state is at: 1 where all went well
     int load_steps = 0, failed_load_steps = 0;
     int newton_iterations = 0;
     long cg_iterations = 0;
     int negative_curvatures = 0; ///< Newton iterations that met a direction in which the energy curves downwards
     double min_cell_volume_ratio = 1, max_cell_volume_ratio = 1; ///< V'/V0 over the cells
-    std::string_view preconditioner;                             ///< the one used last
+    /// The one used last; of slender lattices by default "banded".
+    std::string_view preconditioner;
 };
 
 /// Solves a body to equilibrium by Newton's method with conjugate gradients in a trust region. T is float or double:
@@ -112,8 +117,9 @@ public:
     /// From the displacements given (m, node_count() nodes) to equilibrium under the loading. Supports move on straight
     /// lines from where they are and loads grow in proportion, in one step where that works, else in several.
     ///
-    /// On return `displacement` holds the equilibrium; where none was found the last one on the way to it, or the best
-    /// state of the first attempt. Throws std::invalid_argument for a size that differs, a node that does not exist, a
+    /// On return `displacement` holds the equilibrium; where none was found, the last one on the way to it; where there
+    /// is none of those either, the first attempt's state, if it is only not balanced well enough, else the start.
+    /// Throws std::invalid_argument for a size that differs, a node that does not exist, a
     /// value that is not finite, options out of range, and for multigrid asked of a network.
     EquilibriumResult solve(const Loading& loading, VectorField<T> displacement,
                             const EquilibriumOptions& options = {});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 namespace hybmss {
 namespace {
@@ -18,7 +19,8 @@ void cross(const double* a, const double* b, double* out) {
 }
 
 /// v . M v
-double quadratic_form(const CellMatrix& matrix, const double (&v)[8][3]) {
+template <class S>
+double quadratic_form(const CellMatrixOf<S>& matrix, const double (&v)[8][3]) {
     double sum = 0;
     for (std::size_t a = 0; a < 8; ++a) {
         for (std::size_t b = 0; b < 8; ++b) {
@@ -58,25 +60,26 @@ CellStiffness::CellStiffness(const Material& material, double h)
 
 // k [t+ I + min(1 - t, 1) n n^T],  t = 1 - l/|d|. Between two corners there is one spring, so blocks off the diagonal
 // are set and only those on it are sums.
-void CellStiffness::set_springs(const double (&u)[8][3], double scale, CellMatrix& matrix) const {
-    constexpr float kLength[4] = {0, 1, 1.41421356f, 1.73205081f};
-    float at[8][3], diagonal[8][9] = {};
+template <class S>
+void CellStiffness::set_springs(const double (&u)[8][3], double scale, CellMatrixOf<S>& matrix) const {
+    constexpr S kLength[4] = {0, 1, std::numbers::sqrt2_v<S>, std::numbers::sqrt3_v<S>};
+    S at[8][3], diagonal[8][9] = {};
     for (unsigned a = 0; a < 8; ++a) {
         for (unsigned c = 0; c < 3; ++c) {
-            at[a][c] = static_cast<float>(0.5 * side(a, c) + u[a][c]);
+            at[a][c] = static_cast<S>(0.5 * side(a, c) + u[a][c]);
         }
     }
     for (unsigned a = 0; a < 8; ++a) {
         for (unsigned b = a + 1; b < 8; ++b) {
             const auto axes = static_cast<std::size_t>(std::popcount(a ^ b));
-            const float d[3] = {at[b][0] - at[a][0], at[b][1] - at[a][1], at[b][2] - at[a][2]};
-            const float square = std::max(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1e-6f);
-            const float t = 1 - kLength[axes] / std::sqrt(square);
-            const auto k = static_cast<float>(scale * share_[axes]);
-            const float across = k * std::max(t, 0.0f), along = k * std::min(1 - t, 1.0f) / square;
-            float entry[9];
+            const S d[3] = {at[b][0] - at[a][0], at[b][1] - at[a][1], at[b][2] - at[a][2]};
+            const S square = std::max(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], S(1e-6f));
+            const S t = 1 - kLength[axes] / std::sqrt(square);
+            const auto k = static_cast<S>(scale * share_[axes]);
+            const S across = k * std::max(t, S(0)), along = k * std::min(1 - t, S(1)) / square;
+            S entry[9];
             for (std::size_t e = 0; e < 9; ++e) {
-                entry[e] = along * d[e / 3] * d[e % 3] + (e % 4 == 0 ? across : 0.0f);
+                entry[e] = along * d[e / 3] * d[e % 3] + (e % 4 == 0 ? across : S(0));
             }
             for (std::size_t e = 0; e < 9; ++e) {
                 matrix.block[a][b][e] = -entry[e];
@@ -95,7 +98,8 @@ void CellStiffness::springs_at_rest(CellMatrix& matrix) const {
     set_springs({}, 1, matrix);
 }
 
-void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrix& matrix, CellShape& shape) const {
+template <class S>
+void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf<S>& matrix, CellShape& shape) const {
     set_springs(u, scale, matrix);
     double edges[9]; // a, b, c
     for (unsigned e = 0; e < 3; ++e) {
@@ -146,12 +150,15 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrix& 
     for (std::size_t a = 0; a < 8; ++a) {
         for (std::size_t b = 0; b < 8; ++b) {
             for (std::size_t i = 0; i < 9; ++i) {
-                matrix.block[a][b][i] += static_cast<float>(stiffness * g[a][i / 3] * g[b][i % 3]);
+                matrix.block[a][b][i] += static_cast<S>(stiffness * g[a][i / 3] * g[b][i % 3]);
             }
         }
     }
     shape.volume_stiffness = static_cast<float>(stiffness);
 }
+
+template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<float>&, CellShape&) const;
+template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<double>&, CellShape&) const;
 
 void spread_half(CellMatrix& matrix, unsigned axis, bool high) {
     const std::size_t bit = std::size_t{1} << axis;

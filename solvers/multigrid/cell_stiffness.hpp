@@ -10,9 +10,11 @@ namespace hybmss {
 
 /// A symmetric matrix over the 24 displacement components of a cell: entry (i, j) of the 3x3 block of the corners a, b
 /// is block[a][b][3 i + j].
-struct CellMatrix {
-    float block[8][8][9];
+template <class S>
+struct CellMatrixOf {
+    S block[8][8][9];
 };
+using CellMatrix = CellMatrixOf<float>;
 
 /// What the preconditioners need of a lattice cell besides its matrix.
 struct CellShape {
@@ -29,13 +31,15 @@ class CellStiffness {
 public:
     CellStiffness(const Material& material, double cell_size);
 
-    /// At the displacements of the corners, in units of the edge.
-    void evaluate(const double (&displacement)[8][3], double scale, CellMatrix& matrix, CellShape& shape) const;
+    /// At the displacements of the corners, in units of the edge. S is float or double.
+    template <class S>
+    void evaluate(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix, CellShape& shape) const;
     /// The springs' part at rest.
     void springs_at_rest(CellMatrix& matrix) const;
 
 private:
-    void set_springs(const double (&displacement)[8][3], double scale, CellMatrix& matrix) const;
+    template <class S>
+    void set_springs(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix) const;
 
     double share_[4]; ///< k h of a cell's share of a spring, by the number of axes along which its ends differ
     double kappa_;    ///< kappa h^2

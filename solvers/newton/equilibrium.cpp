@@ -2,6 +2,7 @@
 
 #include "dynamics/effects/spring_damping.hpp"
 #include "plan/tuning/planned_body.hpp"
+#include "solvers/multigrid/banded.hpp"
 #include "solvers/multigrid/multigrid.hpp"
 #include "solvers/newton/load_stepping.hpp"
 #include "solvers/newton/preconditioner.hpp"
@@ -31,6 +32,8 @@ void validate(const EquilibriumOptions& options) {
             "in (0, 1]");
     require(options.smallest_load_step > 0 && options.smallest_load_step <= 1, "smallest_load_step",
             options.smallest_load_step, "in (0, 1]");
+    require(options.largest_load_step > 0 && options.largest_load_step <= 1, "largest_load_step",
+            options.largest_load_step, "in (0, 1]");
 }
 
 } // namespace
@@ -80,9 +83,10 @@ PreconditionerKind parse_preconditioner(std::string_view text) {
 
 template <class T>
 struct EquilibriumSolver<T>::Implementation {
-    Implementation(PlannedBody<T> made, const BodyScales& scales, const SolidCells& solid)
+    Implementation(PlannedBody<T> made, const BodyScales& scales, const SolidCells& solid, Sections sections)
         : planned(std::move(made)), body(planned.body.get()), state(body->make_state(false)),
-          potential(*body, scales, solid), stepping(potential.space()), minimiser(potential.space()) {}
+          potential(*body, scales, solid, std::move(sections)), stepping(potential.space()),
+          minimiser(potential.space()) {}
 
     void read(VectorField<const T> displacement) {
         body->write(displacement, 1 / body->length_unit(), state.displacement);
@@ -111,8 +115,18 @@ struct EquilibriumSolver<T>::Implementation {
         }
         return *multigrid;
     }
+    /// What suits a pull of every node besides does not suit slender bodies without.
+    Preconditioner<T>& choose_static(PreconditionerKind kind) {
+        if (kind != PreconditionerKind::automatic || !lattice || !banded_pays(lattice->first)) {
+            return choose(kind);
+        }
+        if (!banded) {
+            banded = std::make_unique<Banded<T>>(*body, lattice->first, lattice->second);
+        }
+        return *banded;
+    }
     Preconditioner<T>* plain_beside(const Preconditioner<T>& chosen) {
-        return &chosen == &block_jacobi ? nullptr : &block_jacobi;
+        return chosen.is_plain() ? nullptr : &block_jacobi;
     }
     EquilibriumResult follow(const std::function<void(double)>& prescribe, VectorField<T> displacement,
                              const EquilibriumOptions& options) {
@@ -122,7 +136,7 @@ struct EquilibriumSolver<T>::Implementation {
             return nothing;
         }
         potential.release();
-        Preconditioner<T>& preconditioner = choose(options.preconditioner);
+        Preconditioner<T>& preconditioner = choose_static(options.preconditioner);
         EquilibriumResult result =
             stepping.follow(potential, preconditioner, plain_beside(preconditioner), state, prescribe, options);
         body->read(state.displacement, body->length_unit(), displacement);
@@ -138,6 +152,7 @@ struct EquilibriumSolver<T>::Implementation {
     BlockJacobi<T> block_jacobi;
     std::optional<std::pair<Lattice, Material>> lattice; ///< where the body is one
     std::unique_ptr<Multigrid<T>> multigrid;             ///< made when it is first asked for
+    std::unique_ptr<Banded<T>> banded;                   ///< likewise
     std::vector<T> target;
     double stiffness_damping = 0, dissipated = 0;
 };
@@ -145,13 +160,15 @@ struct EquilibriumSolver<T>::Implementation {
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Lattice& lattice, const Material& material, const PlanOptions& options)
     : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::forces),
-                                                       BodyScales::of(lattice, material), SolidCells::of(lattice))) {
+                                                       BodyScales::of(lattice, material), SolidCells::of(lattice),
+                                                       Sections::of(lattice))) {
     implementation_->lattice.emplace(lattice, material);
 }
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Network& network, const PlanOptions& options)
     : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces),
-                                                       BodyScales::of(network), SolidCells::of(network))) {}
+                                                       BodyScales::of(network), SolidCells::of(network),
+                                                       Sections::of(network))) {}
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(EquilibriumSolver&&) noexcept = default;
 template <class T>

@@ -12,10 +12,17 @@ constexpr double kCut = 0.25, kGrow = 2;
 /// Newton iterations a step: more are a sign to take shorter ones, if that is possible.
 constexpr int kPatience = 40;
 
-std::string failure(const EquilibriumResult& result, double tolerance) {
+/// The end of a load step.
+struct Attempt {
+    EquilibriumStatus status = EquilibriumStatus::converged;
+    double fraction = 0, residual = 0;
+    double potential = 0; ///< J
+};
+
+std::string failure(const Attempt& attempt, double tolerance) {
     std::ostringstream text;
-    text << name(result.status);
-    switch (result.status) {
+    text << name(attempt.status);
+    switch (attempt.status) {
     case EquilibriumStatus::unbounded:
         text << ": the energy falls without end and nodes move away; there is no equilibrium near this state";
         break;
@@ -32,11 +39,17 @@ std::string failure(const EquilibriumResult& result, double tolerance) {
         break;
     }
     text << " (";
-    if (std::isfinite(result.residual)) {
-        text << "residual " << result.residual << ", ";
+    if (std::isfinite(attempt.residual)) {
+        text << "residual " << attempt.residual << ", ";
     }
-    text << "tolerance " << tolerance << ", at " << result.load_fraction << " of the loading)";
+    text << "tolerance " << tolerance << ", at " << attempt.fraction << " of the loading)";
     return text.str();
+}
+
+/// Whether a state is worth keeping that is not quite in equilibrium.
+bool may_be_near(const Attempt& attempt) {
+    return attempt.status == EquilibriumStatus::no_descent ||
+           attempt.status == EquilibriumStatus::iterations_exhausted || attempt.status == EquilibriumStatus::stopped;
 }
 
 /// What to say of a body that nothing holds along an axis.
@@ -54,6 +67,26 @@ LoadStepping<T>::LoadStepping(const VectorSpace<T>& space)
 }
 
 template <class T>
+MinimiserResult LoadStepping<T>::settle(Potential<T>& potential, Preconditioner<T>& preconditioner,
+                                        Preconditioner<T>* plain, State<T>& state, const MinimiserOptions& limits,
+                                        Saddles saddles, EquilibriumResult& work) {
+    // Few saddles lie one below the other.
+    constexpr int kSaddles = 5;
+    for (int saddle = 0;; ++saddle) {
+        const MinimiserResult found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
+        work.newton_iterations += found.iterations;
+        work.cg_iterations += found.cg_iterations;
+        work.negative_curvatures += found.negative_curvatures;
+        const bool look = saddles == Saddles::left || (saddles == Saddles::suspected && work.negative_curvatures > 0);
+        if (found.status != EquilibriumStatus::converged || saddle == kSaddles || !look ||
+            !minimiser_.leave_saddle(potential, preconditioner, state, work.cg_iterations)) {
+            return found;
+        }
+        ++work.negative_curvatures;
+    }
+}
+
+template <class T>
 EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditioner<T>& preconditioner,
                                           Preconditioner<T>* plain, State<T>& state,
                                           const std::function<void(double fraction)>& prescribe,
@@ -61,21 +94,49 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
     EquilibriumResult result;
     MutableFieldView<T> u{state.displacement};
     space_->copy(u, last_);
-    double worst_before = potential.volume_ratios(state).min;
-    double done = 0, step = options.first_load_step, last_step = 0, last_potential = 0;
-    bool failed = false;
+    double worst_before = potential.volume_ratios(state).min, last_step = 0;
+    double step = std::min(options.first_load_step, options.largest_load_step);
+    Attempt last, first; ///< equilibrium; attempt
+    const FieldView<T> displacement{state.displacement};
+    const auto size = [&] { return space_->largest([](const T& x) { return x < 0 ? -x : x; }, displacement); };
+    const double far = size() + 10 * potential.extent();
+    bool failed = false, near = false;
+    const auto describe = [&](const Attempt& state_of) {
+        result.residual = state_of.residual;
+        result.potential = state_of.potential;
+        result.load_fraction = state_of.fraction;
+        const VolumeRatios ratios = potential.volume_ratios(state);
+        result.min_cell_volume_ratio = ratios.min;
+        result.max_cell_volume_ratio = ratios.max;
+    };
+    const auto leave = [&](const Attempt& kept, NodeVector<T>& at) {
+        space_->copy(at, u);
+        describe(kept);
+    };
+    const auto leave_start = [&] {
+        // The loading's beginning: it need not be defined before.
+        prescribe(std::numeric_limits<double>::min());
+        space_->copy(last_, u);
+        last.residual = minimiser_.residual(potential, state);
+        last.potential = potential.value(state).total * potential.body().length_unit();
+        leave(last, last_);
+    };
     for (;;) {
-        const double target = done + step > 1 - 1e-9 ? 1.0 : done + step;
+        const double target = last.fraction + step > 1 - 1e-9 ? 1.0 : last.fraction + step;
         prescribe(target);
         if (const int axis = potential.falling_axis(); axis >= 0) {
             result.status = EquilibriumStatus::unbounded;
             result.message = falling(axis);
+            last.fraction > 0 ? leave(last, last_) : leave_start();
             break;
         }
         // With cut-backs left, a step need not try for ever.
         const bool shortest = kCut * step < options.smallest_load_step;
-        if (last_step > 0) {
-            const T factor = static_cast<T>((target - done) / last_step);
+        // Turned sections do not go on along a straight line.
+        const Turning<T>* const turning = potential.turning();
+        const bool slender = turning != nullptr && turning->slender();
+        if (last_step > 0 && turning == nullptr) {
+            const T factor = static_cast<T>((target - last.fraction) / last_step);
             space_->for_each([factor](const T& now, const T& before, T& q) { q = now + factor * (now - before); },
                              last_, before_last_, u);
             potential.impose(state);
@@ -91,68 +152,62 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
                     {target, result.load_steps, iteration, result.cg_iterations + cg, residual, energy});
             };
         }
-        MinimiserResult found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
-        // Few saddles lie one below the other.
-        constexpr int kSaddles = 5;
-        for (int saddle = 0; options.leave_saddles && target == 1.0 && saddle < kSaddles; ++saddle) {
-            if (found.status != EquilibriumStatus::converged ||
-                !minimiser_.leave_saddle(potential, preconditioner, state, result.cg_iterations)) {
-                break;
-            }
-            result.newton_iterations += found.iterations;
-            result.cg_iterations += found.cg_iterations;
-            result.negative_curvatures += found.negative_curvatures + 1;
-            found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
-        }
+        const Saddles saddles = target < 1              ? Saddles::stay
+                                : options.leave_saddles ? Saddles::left
+                                : slender               ? Saddles::suspected
+                                                        : Saddles::stay;
+        const MinimiserResult found = settle(potential, preconditioner, plain, state, limits, saddles, result);
         ++result.load_steps;
-        result.newton_iterations += found.iterations;
-        result.cg_iterations += found.cg_iterations;
-        result.negative_curvatures += found.negative_curvatures;
-        result.status = found.status;
-        result.residual = found.residual;
-        result.potential = found.potential;
-        const auto [worst, best] = potential.volume_ratios(state);
-        result.min_cell_volume_ratio = worst;
-        result.max_cell_volume_ratio = best;
-        result.load_fraction = target;
+        const double worst = potential.volume_ratios(state).min;
         const bool inverted = worst <= 0 && worst_before > 0;
-        const bool good = found.status == EquilibriumStatus::converged && !inverted;
-        if (good) {
-            const double previous = done;
-            done = target;
-            if (done == 1.0) {
+        Attempt attempt{found.status, target, found.residual, found.potential};
+        if (attempt.status == EquilibriumStatus::converged && !inverted) {
+            last_step = target - last.fraction;
+            last = attempt;
+            if (target == 1.0) {
+                result.status = EquilibriumStatus::converged;
+                describe(last);
                 break;
             }
-            last_step = target - previous;
             space_->copy(last_, before_last_);
             space_->copy(u, last_);
             worst_before = worst;
-            last_potential = found.potential;
-            step = std::min(failed ? step : kGrow * step, 1 - done);
+            step = std::min({failed ? step : kGrow * step, options.largest_load_step, 1 - target});
             failed = false;
-        } else {
-            ++result.failed_load_steps;
-            failed = true;
-            if (result.failed_load_steps == 1) {
-                space_->copy(u, first_attempt_);
-            }
-            step *= kCut;
-            const bool give_up = found.status == EquilibriumStatus::stopped || step < options.smallest_load_step;
-            if (give_up || result.load_steps >= options.load_steps) {
-                if (found.status == EquilibriumStatus::converged) {
-                    result.status = EquilibriumStatus::inverted;
-                }
-                result.load_fraction = done;
-                result.message = failure(result, options.tolerance);
-                space_->copy(done > 0 ? last_ : first_attempt_, u);
-                const VolumeRatios left = potential.volume_ratios(state);
-                result.potential = done > 0 ? last_potential : result.potential;
-                result.min_cell_volume_ratio = left.min;
-                result.max_cell_volume_ratio = left.max;
-                break;
-            }
-            space_->copy(last_, u);
+            continue;
         }
+        if (attempt.status == EquilibriumStatus::converged) {
+            attempt.status = EquilibriumStatus::inverted;
+        }
+        ++result.failed_load_steps;
+        failed = true;
+        if (result.failed_load_steps == 1) {
+            space_->copy(u, first_attempt_);
+            first = attempt;
+            near = may_be_near(first) && !inverted && size() < far;
+        }
+        step *= kCut;
+        if (attempt.status == EquilibriumStatus::stopped || step < options.smallest_load_step ||
+            result.load_steps >= options.load_steps) {
+            const bool keep_first = last.fraction == 0 && near;
+            const Attempt& told = keep_first ? first : attempt;
+            result.status = told.status;
+            result.message = failure(told, options.tolerance);
+            if (last.fraction > 0) {
+                std::ostringstream text;
+                text << "; left is the equilibrium at " << last.fraction << " of the loading";
+                result.message += text.str();
+                leave(last, last_);
+            } else if (keep_first) {
+                result.message += "; left is the state that this attempt ended at";
+                leave(first, first_attempt_);
+            } else {
+                result.message += "; left is the start";
+                leave_start();
+            }
+            break;
+        }
+        space_->copy(last_, u);
     }
     result.preconditioner = preconditioner.name();
     return result;

@@ -8,7 +8,8 @@ namespace hybmss {
 ///
 /// The whole way is tried first (or what the options say). A step that finds no equilibrium, or one with cells turned
 /// inside out that were not so before, is tried again at a quarter; after a step that does, the next one is twice as
-/// long. Steps start from the first-order change of the last equilibrium, or the extrapolation of the last two.
+/// long, up to what the options allow. Steps start from the first-order change of the last equilibrium, or the
+/// extrapolation of the last two.
 template <class T>
 class LoadStepping {
 public:
@@ -21,6 +22,13 @@ public:
                              const EquilibriumOptions& options);
 
 private:
+    /// What to do about saddles. A slender body's solves end so soon that no direction but theirs is looked at: where
+    /// one curved downwards on the way, there may be another at the end.
+    enum class Saddles { stay, suspected, left };
+    /// Goes to a minimum from the state, and from saddles on to others. Adds to the work done.
+    MinimiserResult settle(Potential<T>& potential, Preconditioner<T>& preconditioner, Preconditioner<T>* plain,
+                           State<T>& state, const MinimiserOptions& limits, Saddles saddles, EquilibriumResult& work);
+
     const VectorSpace<T>* space_;
     TrustRegion<T> minimiser_;
     NodeVector<T> last_, before_last_, first_attempt_;

@@ -4,13 +4,15 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace hybmss {
 template <class T>
-Potential<T>::Potential(const Body<T>& body, const BodyScales& scales, const SolidCells& solid)
-    : body_(&body), space_(body), volumes_(body, solid), force_floor_(1e-9 * scales.spring_force),
-      length_(scales.spring_length / body.length_unit()), extent_(scales.extent / body.length_unit()),
-      free_(space_.make()), load_(space_.make()), pull_target_(space_.make()), pull_weight_(space_.make()) {
+Potential<T>::Potential(const Body<T>& body, const BodyScales& scales, const SolidCells& solid, Sections sections)
+    : body_(&body), space_(body), volumes_(body, solid), turning_(body, std::move(sections)),
+      force_floor_(1e-9 * scales.spring_force), length_(scales.spring_length / body.length_unit()),
+      extent_(scales.extent / body.length_unit()), free_(space_.make()), load_(space_.make()),
+      pull_target_(space_.make()), pull_weight_(space_.make()) {
     prescribe({});
 }
 
@@ -25,6 +27,7 @@ std::size_t Potential<T>::flat_index(std::size_t node, std::size_t axis, std::si
 template <class T>
 void Potential<T>::prescribe(std::span<const PrescribedNode> nodes) {
     held_.assign(body_->node_count(), 0);
+    turning_holds_ = false;
     prescribed_.clear();
     space_.clear(free_);
     for (const PrescribedNode& p : nodes) {
@@ -156,6 +159,18 @@ void Potential<T>::prescribed_step(const State<T>& state, NodeVector<T>& step) c
     for (const Held& held : prescribed_) {
         step.field[held.array][held.index] = held.displacement - state.displacement[held.array][held.index];
     }
+}
+
+template <class T>
+Turning<T>* Potential<T>::turning() {
+    if (pull_strength_ > 0) {
+        return nullptr;
+    }
+    if (!turning_holds_) {
+        turning_.hold(held_);
+        turning_holds_ = true;
+    }
+    return turning_.pays() ? &turning_ : nullptr;
 }
 
 template <class T>

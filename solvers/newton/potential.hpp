@@ -2,6 +2,7 @@
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "solvers/newton/body_geometry.hpp"
+#include "solvers/newton/turning.hpp"
 #include "solvers/newton/vector_space.hpp"
 
 #include <array>
@@ -36,8 +37,8 @@ struct Balance {
 template <class T>
 class Potential {
 public:
-    /// `scales` and `solid` describe the same body; the body is kept by reference.
-    Potential(const Body<T>& body, const BodyScales& scales, const SolidCells& solid);
+    /// `scales`, `solid` and `sections` describe the same body; the body is kept by reference.
+    Potential(const Body<T>& body, const BodyScales& scales, const SolidCells& solid, Sections sections);
 
     const Body<T>& body() const { return *body_; }
     const VectorSpace<T>& space() const { return space_; }
@@ -62,6 +63,9 @@ public:
     void impose(State<T>& state) const;
     /// step = prescribed - present displacement on held components, zero on free ones.
     void prescribed_step(const State<T>& state, NodeVector<T>& step) const;
+    /// How steps are to be carried out at these supports; null where they are straight. In time nothing is slender: a
+    /// pull holds every node.
+    Turning<T>* turning();
     /// The axis along which nothing holds the body against the resultant of the loads, or -1.
     int falling_axis() const;
     std::size_t free_components() const { return free_count_; }
@@ -121,6 +125,8 @@ private:
     const Body<T>* body_;
     VectorSpace<T> space_;
     CellVolumes<T> volumes_;
+    Turning<T> turning_;
+    bool turning_holds_ = false; ///< the present supports
     double force_floor_ = 0, length_ = 1, extent_ = 1;
     NodeVector<T> free_, load_, pull_target_, pull_weight_;
     std::vector<std::uint8_t> held_;

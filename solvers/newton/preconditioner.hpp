@@ -24,6 +24,8 @@ public:
     /// z = B r; both zero on held components and in the padding.
     virtual void apply(const NodeVector<T>& r, NodeVector<T>& z) = 0;
     virtual std::string_view name() const = 0;
+    /// Whether it serves where second derivatives curve downwards: no polynomial of them.
+    virtual bool is_plain() const { return false; }
 };
 
 /// The inverse of a symmetric 3x3 block (xx, xy, xz, yy, yz, zz) on the axes that are not held (bit 0: x, 1: y, 2: z),
@@ -41,6 +43,7 @@ public:
     void update(const Potential<T>& potential) override;
     void apply(const NodeVector<T>& r, NodeVector<T>& z) override;
     std::string_view name() const override { return "block-jacobi"; }
+    bool is_plain() const override { return true; }
 
 private:
     const Potential<T>* potential_ = nullptr;

@@ -13,6 +13,8 @@ constexpr double kStartPart = 1e-3;
 /// How far along a negative curvature a component goes at first, by the length of a spring: far enough to leave a
 /// saddle, not so far as to turn cells inside out.
 constexpr double kFirstStep = 0.1;
+/// How far a step turns a section at most, and from where on its rotations are carried out as such; rad.
+constexpr double kMostTurn = 0.7, kLeastTurn = 1e-4;
 constexpr double kAccept = 1e-4, kPoor = 0.25, kGood = 0.75;
 
 template <class T>
@@ -24,6 +26,14 @@ void move(const VectorSpace<T>& space, const NodeVector<T>& step, State<T>& stat
 /// How many iterations a digit of the residual took: tells whether a preconditioner that is not fresh still serves.
 double iterations_a_digit(const CgResult& cg, double forcing) {
     return cg.iterations / std::max(-std::log10(forcing), 0.3);
+}
+
+/// Takes the part of a step, along which the gradient has the slope.
+void shorten(double part, double slope, CgResult& cg) {
+    const double half_curvature = -slope - cg.predicted_reduction;
+    cg.predicted_reduction = part * (-slope - part * half_curvature);
+    cg.step_norm *= part;
+    cg.end = CgEnd::boundary;
 }
 
 } // namespace
@@ -44,13 +54,25 @@ long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& precond
     space_->add_multiple(1, trial_gradient_, gradient_);
     const CgLimits limits{.relative_residual = 1e-3, .radius = 0, .iterations = 2000, .length = 0};
     const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+    const FieldView<T> u{state.displacement};
+    MutableFieldView<T> mutable_u{state.displacement};
+    Turning<T>* const turning = potential.turning();
+    if (turning) {
+        space_->add_multiple(1, before_, step_);
+        turning->fit(state, step_);
+        space_->copy(u, trial_gradient_);
+    }
     potential.impose(state);
     const double energy = potential.value(state).total;
     const double worst_cell = potential.volume_ratios(state).min;
-    const FieldView<T> u{state.displacement};
-    MutableFieldView<T> mutable_u{state.displacement};
     space_->copy(u, before_);
-    move(*space_, step_, state);
+    if (turning) {
+        space_->copy(trial_gradient_, mutable_u);
+        turning->move(step_, 1, state);
+        potential.impose(state);
+    } else {
+        move(*space_, step_, state);
+    }
     // Far from where it was drawn, a tangent may lead astray. More energy is no proof of that where the supports alone
     // have crushed cells or turned them inside out: such cells may have no energy at all.
     const bool better = potential.value(state).total <= energy || potential.volume_ratios(state).min > worst_cell;
@@ -58,6 +80,12 @@ long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& precond
         space_->copy(before_, mutable_u);
     }
     return cg.iterations;
+}
+
+template <class T>
+double TrustRegion<T>::residual(Potential<T>& potential, State<T>& state) {
+    const Balance balance = potential.gradient(state, gradient_);
+    return balance.unbalanced / std::max({balance.support, balance.load, potential.force_floor()});
 }
 
 template <class T>
@@ -143,7 +171,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
                               .radius = radius,
                               .iterations = 5000,
                               .length = kFirstStep * potential.length()};
-        const CgResult cg = cg_.solve(potential, *active, gradient_, limits, step_);
+        CgResult cg = cg_.solve(potential, *active, gradient_, limits, step_);
         result.cg_iterations += cg.iterations;
         result.negative_curvatures += cg.negative_curvature;
         if (cg.end == CgEnd::stagnated && !fresh) {
@@ -163,6 +191,15 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
             continue;
         }
 
+        double turn = 0;
+        if (Turning<T>* const turning = potential.turning()) {
+            turn = turning->fit(state, step_);
+            if (turn > kMostTurn) {
+                shorten(kMostTurn / turn, space_->dot(gradient_, step_), cg);
+                space_->for_each([by = static_cast<T>(kMostTurn / turn)](T& p) { p *= by; }, step_);
+                turn = turning->fit(state, step_);
+            }
+        }
         const double longest = space_->largest_component(step_);
         const double size = space_->largest([](const T& x) { return x < 0 ? -x : x; }, u);
         if (!(longest > 0.25 * kEpsilon * size) &&
@@ -171,7 +208,11 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
             return result;
         }
         space_->copy(u, before_);
-        move(*space_, step_, state);
+        if (turn > kLeastTurn) {
+            potential.turning()->move(step_, 1, state);
+        } else {
+            move(*space_, step_, state);
+        }
         const Balance trial_balance = potential.gradient(state, trial_gradient_);
         const typename Potential<T>::Value trial = potential.value(state);
 

@@ -37,6 +37,9 @@ public:
     /// step of Newton's method in both. Returns the CG iterations.
     long predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state);
 
+    /// Of a state as it is, as minimise() would have it.
+    double residual(Potential<T>& potential, State<T>& state);
+
     /// Where the potential curves downwards at an equilibrium, moves the free components a little way along and returns
     /// true. Adds to the CG iterations.
     bool leave_saddle(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state, long& cg_iterations);

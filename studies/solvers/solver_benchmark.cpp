@@ -64,7 +64,8 @@ void measure_cg(benchmark::State& state, int edge, double poisson_ratio, Precond
     const Lattice lattice = Lattice::box(edge, edge, edge, kCellSize);
     const Material material{.poisson_ratio = poisson_ratio};
     const auto body = make_body<double>(lattice, material, plan_options(threads));
-    Potential<double> potential(*body, BodyScales::of(lattice, material), SolidCells::of(lattice));
+    Potential<double> potential(*body, BodyScales::of(lattice, material), SolidCells::of(lattice),
+                                Sections::of(lattice));
     potential.prescribe(clamped_faces(lattice, 0));
     std::mt19937 engine(1);
     std::uniform_real_distribution<double> draw(-1, 1);

@@ -16,8 +16,8 @@ template <class T>
 struct Linear {
     Linear(const Lattice& given, const Material& m, const std::string& layout = "")
         : lattice(given), material(m), body(make_body<T>(lattice, material, {.layout = layout})),
-          potential(*body, BodyScales::of(lattice, material), SolidCells::of(lattice)), state(body->make_state(false)),
-          gradient(potential.space().make()), step(potential.space().make()) {}
+          potential(*body, BodyScales::of(lattice, material), SolidCells::of(lattice), Sections::of(lattice)),
+          state(body->make_state(false)), gradient(potential.space().make()), step(potential.space().make()) {}
 
     /// CG iterations for random forces on the free components.
     int iterations(Preconditioner<T>& preconditioner, unsigned seed = 3) {

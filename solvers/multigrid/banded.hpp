@@ -1,0 +1,50 @@
+#pragma once
+
+#include "solvers/multigrid/band_matrix.hpp"
+#include "solvers/multigrid/cell_stiffness.hpp"
+#include "solvers/newton/preconditioner.hpp"
+
+#include <array>
+#include <optional>
+#include <vector>
+
+namespace hybmss {
+
+/// The Cholesky factors of a slender lattice's matrix, its nodes numbered along the longest axis.
+///
+/// A rod of n cells is softer in bending than its cells by n^4: no merging of cells keeps that, for merged cells lock,
+/// and polynomials smooth only what is stiff. But its matrix is a narrow band. It is that of Multigrid's cells,
+/// positive semidefinite cell by cell, in double.
+template <class T>
+class Banded final : public Preconditioner<T> {
+public:
+    Banded(const Body<T>& body, const Lattice& lattice, const Material& material);
+
+    void update(const Potential<T>& potential) override;
+    void apply(const NodeVector<T>& r, NodeVector<T>& z) override;
+    std::string_view name() const override { return "banded"; }
+    bool is_plain() const override { return true; }
+
+private:
+    struct Cell {
+        std::array<std::uint32_t, 8> nodes; ///< of the body, by corner
+        double scale;                       ///< times unit_
+    };
+
+    const Potential<T>* potential_ = nullptr;
+    CellStiffness stiffness_;
+    double unit_; ///< the body's unit of length by the cell's edge
+    std::vector<Cell> cells_;
+    std::vector<std::uint32_t> places_; ///< of the body's nodes in the layout
+    std::vector<std::uint32_t> number_; ///< likewise along the axis
+    std::optional<BandMatrix> matrix_;
+    std::vector<double> values_;
+};
+
+extern template class Banded<float>;
+extern template class Banded<double>;
+
+/// Whether the band's factors are likely to take less time than multigrid's cycles for the lattice.
+bool banded_pays(const Lattice& lattice);
+
+} // namespace hybmss
