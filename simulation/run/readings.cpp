@@ -73,7 +73,11 @@ std::span<const double> Simulation::Implementation::masses() const {
 }
 
 NodalForces Simulation::Implementation::nodal_forces(std::span<const Vector3> internal) const {
-    return {internal, masses(), scene.gravity.acceleration, scene.damping.mass, loads};
+    Vector3 gravity = scene.gravity.acceleration;
+    for (double& g : gravity) {
+        g *= loaded_part();
+    }
+    return {internal, masses(), gravity, scene.damping.mass, loads, loaded_part()};
 }
 
 double Simulation::Implementation::stored_in_effects() const {
@@ -94,7 +98,7 @@ double Simulation::Implementation::external_energy(std::span<const Vector3> disp
             sum -= (mass[n] * g[a] + (loads.empty() ? 0 : loads[n][a])) * u[a];
         }
     }
-    return sum;
+    return loaded_part() * sum;
 }
 
 Energies Simulation::Implementation::energies() const {

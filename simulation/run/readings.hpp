@@ -20,8 +20,9 @@ struct NodalForces {
     Vector3 gravity = {0, 0, 0};         ///< m/s^2
     double mass_damping = 0;             ///< 1/s
     std::span<const Vector3> loads = {}; ///< N; or none at all
+    double part = 1;                     ///< of the loads that is there
 
-    double load(std::size_t node, std::size_t axis) const { return loads.empty() ? 0 : loads[node][axis]; }
+    double load(std::size_t node, std::size_t axis) const { return loads.empty() ? 0 : part * loads[node][axis]; }
 };
 
 /// Support forces, one vector a node: zero on free axes, on held ones

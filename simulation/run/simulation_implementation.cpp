@@ -88,6 +88,24 @@ double default_tolerance(Precision precision) {
     return precision == Precision::float32 ? 1e-4 : 1e-8;
 }
 
+/// A load step turns no part of a body by more, against another or against the rest of the world. Beyond half a turn
+/// the way there and the way back look alike.
+constexpr double kTurnOfALoadStep = 60; // degrees
+
+/// Steps in which the moves turn by so much at most; 1 where they do not turn.
+double steps_to_turn(std::span<const Move> moves) {
+    double low[3] = {}, high[3] = {}, most = 0;
+    for (const Move& move : moves) {
+        if (const Rotation* const rotation = std::get_if<Rotation>(&move.motion)) {
+            const auto axis = static_cast<std::size_t>(rotation->axis);
+            low[axis] = std::min(low[axis], rotation->degrees);
+            high[axis] = std::max(high[axis], rotation->degrees);
+            most = std::max(most, high[axis] - low[axis]);
+        }
+    }
+    return std::max(std::ceil(most / kTurnOfALoadStep), 1.0);
+}
+
 /// Why a solve failed, and what the scene may do about it.
 std::string explained(const EquilibriumResult& result, const Scene& scene) {
     std::string why = result.message;
@@ -259,8 +277,12 @@ EquilibriumOptions Simulation::Implementation::equilibrium_options() const {
     if (is_static()) {
         solve.tolerance = scene.solver.tolerance.value_or(tolerance);
         solve.first_load_step = 1.0 / scene.solver.load_steps;
-        solve.load_steps = std::max(solve.load_steps, 10 * scene.solver.load_steps);
-        solve.smallest_load_step = std::min(solve.smallest_load_step, solve.first_load_step);
+        const double turns = steps_to_turn(scene.moves);
+        solve.largest_load_step = 1 / turns;
+        solve.load_steps =
+            std::max({solve.load_steps, 10 * scene.solver.load_steps, static_cast<int>(std::min(10 * turns, 1e9))});
+        solve.smallest_load_step =
+            std::min({solve.smallest_load_step, solve.first_load_step, 1e-3 * solve.largest_load_step});
     } else {
         // A step's own error is far larger.
         solve.tolerance = std::max(tolerance, std::min(1e-6, 0.1 * scene.solver.tolerance.value_or(1)));

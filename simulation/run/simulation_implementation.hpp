@@ -38,8 +38,8 @@ struct Simulation::Implementation {
     double critical_time_step;   ///< s: with the damping of the springs too
     double time_step;            ///< 0 where there is no time
     long steps = 0;
-    double load_fraction = 0;   ///< static: how far the loading has been followed
-    double solved_residual = 0; ///< static: of the last solve
+    double load_fraction = 0;   ///< static: the part of the loading that the state is at
+    double solved_residual = 0; ///< static: of the state
     bool solved = false;
     SolverWork work;
     CutSchedule schedule;
@@ -67,6 +67,8 @@ struct Simulation::Implementation {
     bool is_static() const { return scene.solver.method == SolverMethod::static_equilibrium; }
     double time_after(long step) const { return static_cast<double>(step) * time_step; }
     double time() const { return is_static() ? load_fraction : time_after(steps); }
+    /// How much of gravity and loads is there.
+    double loaded_part() const { return is_static() ? load_fraction : 1; }
     double end_of_motion() const { return std::max(supports.end_of_motion(), obstacles.end_of_motion()); }
     bool moving() const { return is_static() ? load_fraction < 1 : time() < end_of_motion(); }
     /// The step in time after which nothing is led any more.

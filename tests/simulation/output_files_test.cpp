@@ -4,6 +4,7 @@
 #include "tests/program.hpp"
 
 #include <fcntl.h>
+#include <nlohmann/json.hpp>
 #include <signal.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -202,10 +203,10 @@ TEST_F(OutputFiles, a_hangup_stops_a_run_as_a_termination_does) {
 }
 
 TEST_F(OutputFiles, a_probe_that_is_not_finite_is_told_with_the_cause) {
-    write("s.toml", "[body]\ncells = [3, 3, 3]\ncell_size = 0.1\n"
-                    "[material]\nyoung_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\n"
-                    "[[fix]]\nwhere = \"y-min\"\n[[load]]\nwhere = \"y-max\"\nforce = [0, 1e12, 0]\n"
-                    "[solver]\nmethod = \"static\"\n[[probe]]\nname = \"p\"\nwhere = \"y-min\"\n");
+    write("s.toml", "[body]\ncells = [3, 3, 3]\ncell_size = 1e6\n"
+                    "[material]\nyoung_modulus = 1e18\npoisson_ratio = 0.499999999\ndensity = 1\n"
+                    "[[fix]]\nwhere = \"y-min\"\n[[move]]\nwhere = \"y-max\"\ntranslate = [0, 1e9, 0]\nover = 0\n"
+                    "[solver]\nduration = 10\n[[probe]]\nname = \"p\"\nwhere = \"y-max\"\n");
     const test::ProgramResult result = run("run s.toml --precision float --out D");
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_EQ(result.errors.rfind("hybmss: error: s.toml: probe \"p\": the force is not finite: not written; ", 0), 0u)
@@ -214,6 +215,20 @@ TEST_F(OutputFiles, a_probe_that_is_not_finite_is_told_with_the_cause) {
     for (const char* name : {"summary.json", "body.pvd", "probes.csv", "probes.csv.partial"}) {
         EXPECT_FALSE(fs::exists(path("D") / name)) << name;
     }
+}
+
+/// What fails leaves its start, not nodes that have flown away.
+TEST_F(OutputFiles, a_solve_without_an_equilibrium_leaves_its_start) {
+    write("s.toml", "[body]\ncells = [3, 3, 3]\ncell_size = 0.1\n"
+                    "[material]\nyoung_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\n"
+                    "[[fix]]\nwhere = \"y-min\"\n[[load]]\nwhere = \"y-max\"\nforce = [0, 1e12, 0]\n"
+                    "[solver]\nmethod = \"static\"\n[[probe]]\nname = \"p\"\nwhere = \"y-max\"\n");
+    const test::ProgramResult result = run("run s.toml --precision float --out D");
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.errors.find("left is the start"), std::string::npos) << result.errors;
+    const auto json = nlohmann::json::parse(test::read_text(path("D/summary.json")));
+    EXPECT_EQ(json.at("residual").get<double>(), 0);
+    EXPECT_EQ(json.at("probes").at("p").at("max_displacement").get<double>(), 0);
 }
 
 TEST_F(OutputFiles, options_that_make_no_sense_are_one_line) {

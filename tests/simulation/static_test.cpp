@@ -119,6 +119,69 @@ TEST(Static, program_writes_the_state_it_had_and_fails) {
     EXPECT_TRUE(std::filesystem::exists(directory.path() / "results/body_0001.vtu"));
 }
 
+Scene twisted_bar(double degrees) {
+    Scene scene = parse_scene(R"(
+        [body]
+        cells = [2, 2, 20]
+        cell_size = 0.1
+        [material]
+        young_modulus = 1e4
+        poisson_ratio = 0.25
+        density = 1000
+        [[fix]]
+        where = "z-min"
+        [[move]]
+        where = "z-max"
+        rotate = {axis = "z", degrees = 90}
+        [[probe]]
+        name = "plate"
+        where = "z-max"
+        [solver]
+        method = "static"
+    )",
+                              "scene");
+    std::get<Rotation>(scene.moves.at(0).motion).degrees = degrees;
+    return scene;
+}
+
+/// A plate that is turned in one step by more than half a turn is taken for one turned the other way.
+TEST(Static, a_bar_is_twisted_by_as_many_turns_as_its_plate) {
+    const std::pair<double, double> figures[] = {{90, 0.9000}, {270, 2.7402}, {-270, -2.7402}, {360, 3.6707}};
+    for (const auto& [degrees, torque] : figures) {
+        const Summary summary = solved(twisted_bar(degrees));
+        ASSERT_TRUE(summary.converged) << degrees << ": " << summary.failure;
+        EXPECT_NEAR(summary.probes.at(0).torque[2], torque, 1e-4 * std::abs(torque)) << degrees;
+        EXPECT_GE(summary.work.load_steps, std::abs(degrees) / 60);
+    }
+    // Here the bar is about to kink: several equilibria lie close together.
+    EXPECT_NEAR(solved(twisted_bar(720)).probes.at(0).torque[2], 6.83, 0.03);
+    // However short the first step, those after it grow.
+    Scene many = twisted_bar(450);
+    many.solver.load_steps = 1000;
+    const Summary summary = solved(many);
+    ASSERT_TRUE(summary.converged) << summary.failure;
+    EXPECT_NEAR(summary.probes.at(0).torque[2], 4.5782, 1e-3);
+    EXPECT_NEAR(solved(twisted_bar(450)).probes.at(0).torque[2], 4.5782, 1e-3);
+    // Half by one plate and half by the other.
+    Scene both = twisted_bar(135);
+    both.moves.push_back(both.moves.at(0));
+    both.moves.at(1).where = both.fixes.at(0).where;
+    std::get<Rotation>(both.moves.at(1).motion).degrees = -135;
+    both.fixes.clear();
+    EXPECT_NEAR(solved(both).probes.at(0).torque[2], 2.7402, 1e-3);
+}
+
+/// Half a turn a cell is more than the bar can hold. What is left is what it held last.
+TEST(Static, a_bar_that_is_twisted_too_far_says_how_far_it_came) {
+    const Summary summary = solved(twisted_bar(3600));
+    EXPECT_FALSE(summary.converged);
+    EXPECT_GT(summary.time, 0.15);
+    EXPECT_LT(summary.time, 1);
+    EXPECT_LE(summary.settlement.residual, 1e-8);
+    EXPECT_GT(summary.probes.at(0).torque[2], 6);
+    EXPECT_NE(summary.failure.find("left is the equilibrium at"), std::string::npos) << summary.failure;
+}
+
 /// A load on the free end of a rod: the stretch is F L / (E A) where the ends are free to contract.
 TEST(Static, load_stretches_a_rod_by_hookes_law) {
     Scene scene = parse_scene(R"(
