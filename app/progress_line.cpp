@@ -30,15 +30,15 @@ bool ProgressLine::is_due() {
     return true;
 }
 
-void ProgressLine::show(const Progress& progress) {
+void ProgressLine::show(const Progress& progress, const std::string& before) {
     if (!is_due()) {
         return;
     }
     shown_ = true;
     if (progress.solve) {
         const EquilibriumProgress& solve = *progress.solve;
-        fmt::print(stream_, "\r\033[K{} of the load, Newton {}, CG {}, residual {:.2e}, potential {:.4g} J, {:.0f} s",
-                   bar(solve.load_fraction), solve.newton_iteration, solve.cg_iterations, solve.residual,
+        fmt::print(stream_, "\r\033[K{}{} of the load, Newton {}, CG {}, residual {:.2e}, potential {:.4g} J, {:.0f} s",
+                   before, bar(solve.load_fraction), solve.newton_iteration, solve.cg_iterations, solve.residual,
                    solve.potential, progress.wall_seconds);
         std::fflush(stream_);
         return;
@@ -47,22 +47,37 @@ void ProgressLine::show(const Progress& progress) {
                         static_cast<double>(progress.step);
     const Energies& e = progress.energies;
     fmt::print(stream_,
-               "\r\033[K{} step {} of {}, t = {:.4g} s, elastic {:.4g} J, kinetic {:.3g} J, at most {:.0f} s left",
-               bar(static_cast<double>(progress.step) / static_cast<double>(progress.steps)), progress.step,
+               "\r\033[K{}{} step {} of {}, t = {:.4g} s, elastic {:.4g} J, kinetic {:.3g} J, at most {:.0f} s left",
+               before, bar(static_cast<double>(progress.step) / static_cast<double>(progress.steps)), progress.step,
                progress.steps, progress.time, e.springs + e.volume, e.kinetic, left);
     std::fflush(stream_);
 }
 
 void ProgressLine::show(const std::string& text) {
-    if (is_due()) {
+    if (visible_) {
         shown_ = true;
         fmt::print(stream_, "\r\033[K{}", text);
         std::fflush(stream_);
     }
 }
 
+void show_meshes(ProgressLine& line, double accuracy, AccuracyOptions& options) {
+    if (!line.visible()) {
+        return;
+    }
+    const auto name = [accuracy](const AccuracyMesh& mesh) {
+        return fmt::format("accuracy = {:g}: {} x {} x {} cells{}", accuracy, mesh.cells[0], mesh.cells[1],
+                           mesh.cells[2], mesh.seconds > 0 ? fmt::format(", about {:.2g} s", mesh.seconds) : "");
+    };
+    options.before_solve = [&line, name](const AccuracyMesh& mesh) { line.show(name(mesh)); };
+    options.progress = [&line, name](const AccuracyMesh& mesh, const Progress& progress) {
+        line.show(progress, name(mesh) + ": ");
+    };
+}
+
 void ProgressLine::clear() {
     if (shown_) {
+        shown_ = false;
         fmt::print(stream_, "\r\033[K");
         std::fflush(stream_);
     }

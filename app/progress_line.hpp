@@ -3,7 +3,7 @@
 /// \file
 /// One line on a terminal that tells how far a run is.
 
-#include "hybmss/simulation/simulation.hpp"
+#include "hybmss/simulation/solve_to_accuracy.hpp"
 
 #include <chrono>
 #include <cstdio>
@@ -15,10 +15,14 @@ namespace hybmss {
 class ProgressLine {
 public:
     explicit ProgressLine(std::FILE* stream);
+    ProgressLine(const ProgressLine&) = delete;
+    ProgressLine& operator=(const ProgressLine&) = delete;
+    ~ProgressLine() { clear(); }
 
     bool visible() const { return visible_; }
-    /// Rewrites the line, at most some five times a second.
-    void show(const Progress& progress);
+    /// Rewrites the line, at most some five times a second. `before`: what to say first.
+    void show(const Progress& progress, const std::string& before = "");
+    /// Rewrites the line at once.
     void show(const std::string& text);
     /// Takes the line away.
     void clear();
@@ -30,5 +34,8 @@ private:
     bool visible_, shown_ = false;
     std::chrono::steady_clock::time_point last_{};
 };
+
+/// Shows the meshes that a wish for an accuracy is solved on; the line must outlive the options.
+void show_meshes(ProgressLine& line, double accuracy, AccuracyOptions& options);
 
 } // namespace hybmss

@@ -172,12 +172,9 @@ void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
     if (arguments.restart) {
         throw std::invalid_argument("--restart: a static scene has no checkpoint to go on from");
     }
-    AccuracyOptions options{arguments.plan.options(), !arguments.plan.names_precision(), {}};
+    AccuracyOptions options{arguments.plan.options(), !arguments.plan.names_precision(), {}, {}};
     ProgressLine line(stderr);
-    options.before_solve = [&](const AccuracyMesh& mesh) {
-        line.show(fmt::format("accuracy = {:g}: {} x {} x {} cells", *scene.solver.accuracy, mesh.cells[0],
-                              mesh.cells[1], mesh.cells[2]));
-    };
+    show_meshes(line, *scene.solver.accuracy, options);
     const AccurateSolution solution = solve_to_accuracy(scene, options);
     line.clear();
     std::optional<Results> results = open_results(arguments, solution.simulation, "");
@@ -217,7 +214,12 @@ void run_scene(const RunArguments& arguments) {
     RunCallbacks callbacks;
     std::string not_finite; ///< the result that was
     if (line.visible()) {
-        callbacks.progress = [&](const Progress& progress) { line.show(progress); };
+        constexpr double kLong = 3;
+        const double expected = simulation.estimated_seconds();
+        callbacks.progress = [&line, before = expected > kLong ? fmt::format("about {:.2g} s: ", expected)
+                                                               : std::string()](const Progress& progress) {
+            line.show(progress, before);
+        };
     }
     if (results) {
         callbacks.output = [&] {

@@ -50,12 +50,12 @@ struct Loading {
     std::array<double, 3> acceleration = {0, 0, 0}; ///< gravity, m/s^2
 };
 
-/// Where a solve stands, at every Newton iteration.
+/// Where a solve stands.
 struct EquilibriumProgress {
     double load_fraction = 0; ///< of the load step under way
     int load_step = 0, newton_iteration = 0;
     long cg_iterations = 0;
-    double residual = 0;
+    double residual = 0;  ///< of the Newton iteration's start; 1 while the first answer to a load step is sought
     double potential = 0; ///< J
 };
 
@@ -75,7 +75,7 @@ struct EquilibriumOptions {
     /// points away from it. Costs about a Newton iteration. Slender lattices do so by themselves where such a direction
     /// was met on the way.
     bool leave_saddles = false;
-    /// Called at every Newton iteration; false stops the solve. May be empty.
+    /// Called at every iteration of Newton's method and of conjugate gradients; false stops the solve. May be empty.
     std::function<bool(const EquilibriumProgress&)> progress;
 };
 
@@ -157,6 +157,9 @@ public:
     /// Sets (not adds) the internal forces, N, and gives the energy, J, at displacements of the caller.
     PotentialEnergy get_forces(VectorField<const T> displacement, VectorField<T> force);
     PlanDescription describe() const;
+    /// How long one solve in one load step may take, s: by a rule for the number of Hessian products, and the time of
+    /// one, measured now. Right to a factor of some three where nothing buckles.
+    double estimate_seconds();
 
 private:
     struct HYBMSS_LOCAL Implementation;

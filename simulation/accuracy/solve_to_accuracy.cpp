@@ -135,13 +135,10 @@ public:
             nodes *= static_cast<double>(n) + 1;
         }
         offer.fits = nodes <= kMostNodes && offer.bytes <= available_bytes();
-        // Iterations grow slowly with the mesh, or not at all; a digit in double takes about as long as two in float.
-        constexpr double kGrowth = 3.3;
-        const AccuracyMesh& last = report_.meshes.back();
-        offer.seconds = last.seconds * std::pow(multiple / static_cast<double>(multiples_.back()), kGrowth) *
-                        (offer.precision == report_.precision    ? 1
-                         : offer.precision == Precision::float64 ? 2
-                                                                 : 0.5);
+        // A digit in double takes about as long as two in float.
+        offer.seconds = expected_seconds(multiple) * (offer.precision == report_.precision    ? 1
+                                                      : offer.precision == Precision::float64 ? 2
+                                                                                              : 0.5);
         return offer;
     }
 
@@ -211,8 +208,17 @@ private:
         report_.kernel = kernel(report_.tolerance, report_.precision);
     }
 
+    /// By the last mesh. Iterations grow slowly with the mesh, or not at all.
+    double expected_seconds(double multiple) const {
+        constexpr double kGrowth = 3.3;
+        return report_.meshes.back().seconds * std::pow(multiple / static_cast<double>(multiples_.back()), kGrowth);
+    }
+
     bool run(std::int64_t multiple) {
         AccuracyMesh mesh{family_.cells(multiple), family_.cell_size(multiple)};
+        if (!report_.meshes.empty()) {
+            mesh.seconds = expected_seconds(static_cast<double>(multiple));
+        }
         if (options_.before_solve) {
             options_.before_solve(mesh);
         }
@@ -220,7 +226,11 @@ private:
         options.precision = report_.precision;
         options.plan.accuracy = report_.kernel;
         simulation_ = std::make_unique<Simulation>(scene_on(multiple), options);
-        summary_ = simulation_->run();
+        RunCallbacks callbacks;
+        if (options_.progress) {
+            callbacks.progress = [&](const Progress& progress) { options_.progress(mesh, progress); };
+        }
+        summary_ = simulation_->run(callbacks);
         mesh.seconds = summary_.wall_seconds;
         if (summary_.failure.empty()) {
             report_.meshes.push_back(mesh);

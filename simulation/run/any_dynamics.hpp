@@ -56,6 +56,7 @@ public:
     }
     double kinetic_energy() const;
     PlanDescription describe() const { return solver_.describe(); }
+    double estimate_seconds() const { return solver_.estimate_seconds(); }
 
 private:
     using Field = std::vector<T>; ///< x y z a node

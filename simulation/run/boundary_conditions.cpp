@@ -1,11 +1,13 @@
 #include "simulation/run/boundary_conditions.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <set>
 
 namespace hybmss {
@@ -203,6 +205,110 @@ std::vector<Vector3> nodal_loads(const Scene& scene, const Lattice& lattice, std
         }
     }
     return forces;
+}
+
+namespace {
+
+/// What holds the nodes of one layer across an axis, and how far it turns them about the axis.
+struct Plate {
+    double height = 0; ///< m along the axis, at rest
+    double degrees = 0;
+};
+
+std::optional<Plate> plate(const Scene& scene, std::span<const Vector3> rest, const Region& where, AxisSet axes,
+                           std::size_t axis, double degrees) {
+    const std::vector<std::uint32_t> nodes = select_nodes(rest, scene.body.cell_size, where);
+    if (nodes.empty() || (axes | 1u << axis) != kAllAxes) {
+        return std::nullopt;
+    }
+    const auto [low, high] = std::minmax_element(
+        nodes.begin(), nodes.end(), [&](std::uint32_t a, std::uint32_t b) { return rest[a][axis] < rest[b][axis]; });
+    if (rest[*high][axis] - rest[*low][axis] > 0.5 * scene.body.cell_size) {
+        return std::nullopt;
+    }
+    return Plate{rest[*low][axis], degrees};
+}
+
+std::vector<Plate> plates_across(const Scene& scene, std::span<const Vector3> rest, std::size_t axis) {
+    std::vector<Plate> plates;
+    const auto add = [&](const std::optional<Plate>& found) {
+        if (found) {
+            plates.push_back(*found);
+        }
+    };
+    for (const Fix& fix : scene.fixes) {
+        add(plate(scene, rest, fix.where, fix.axes, axis, 0));
+    }
+    for (const Move& move : scene.moves) {
+        const Rotation* const rotation = std::get_if<Rotation>(&move.motion);
+        if (rotation == nullptr || static_cast<std::size_t>(rotation->axis) == axis) {
+            add(plate(scene, rest, move.where, move.axes, axis, rotation != nullptr ? rotation->degrees : 0));
+        }
+    }
+    return plates;
+}
+
+/// By how many degrees the layers turn from one height to another: the sum of the turns from layer to layer, each at
+/// most half a turn.
+double twist(std::span<const Vector3> rest, std::span<const Vector3> displacements, std::size_t axis, double from,
+             double to, double cell_size) {
+    const std::size_t i = (axis + 1) % 3, j = (axis + 2) % 3;
+    struct Layer {
+        double nodes = 0, rest[2] = {0, 0}, moved[2] = {0, 0}; ///< sums, then means
+        double cross = 0, dot = 0;
+    };
+    std::vector<Layer> layers(static_cast<std::size_t>(std::lround((to - from) / cell_size)) + 1);
+    const auto for_each_node = [&](const auto& visit) {
+        for (std::size_t n = 0; n < rest.size(); ++n) {
+            const long layer = std::lround((rest[n][axis] - from) / cell_size);
+            if (layer >= 0 && layer < static_cast<long>(layers.size())) {
+                visit(layers[static_cast<std::size_t>(layer)], rest[n], displacements[n]);
+            }
+        }
+    };
+    for_each_node([&](Layer& layer, const Vector3& x, const Vector3& u) {
+        layer.nodes += 1;
+        layer.rest[0] += x[i];
+        layer.rest[1] += x[j];
+        layer.moved[0] += x[i] + u[i];
+        layer.moved[1] += x[j] + u[j];
+    });
+    for_each_node([&](Layer& layer, const Vector3& x, const Vector3& u) {
+        const double a[2] = {x[i] - layer.rest[0] / layer.nodes, x[j] - layer.rest[1] / layer.nodes};
+        const double b[2] = {x[i] + u[i] - layer.moved[0] / layer.nodes, x[j] + u[j] - layer.moved[1] / layer.nodes};
+        layer.cross += a[0] * b[1] - a[1] * b[0];
+        layer.dot += a[0] * b[0] + a[1] * b[1];
+    });
+    double sum = 0;
+    for (std::size_t k = 1; k < layers.size(); ++k) {
+        const Layer &before = layers[k - 1], &now = layers[k];
+        sum += std::atan2(now.cross * before.dot - now.dot * before.cross,
+                          now.dot * before.dot + now.cross * before.cross);
+    }
+    return sum * 180 / std::numbers::pi;
+}
+
+} // namespace
+
+std::string lost_turns(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> displacements) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        std::vector<Plate> plates = plates_across(scene, rest, axis);
+        std::sort(plates.begin(), plates.end(), [](const Plate& a, const Plate& b) { return a.height < b.height; });
+        for (std::size_t p = 1; p < plates.size(); ++p) {
+            const Plate &low = plates[p - 1], &high = plates[p];
+            const double led = high.degrees - low.degrees;
+            if (std::abs(led) <= 180 || high.height - low.height < 0.5 * scene.body.cell_size) {
+                continue;
+            }
+            const double found = twist(rest, displacements, axis, low.height, high.height, scene.body.cell_size);
+            if (std::abs(found - led) > 90) {
+                return printed("the plates turn by %.6g degrees against each other, and the state that was found is "
+                               "twisted by %.6g: cells have slipped through each other on the way",
+                               led, found);
+            }
+        }
+    }
+    return "";
 }
 
 } // namespace hybmss

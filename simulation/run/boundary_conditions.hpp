@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace hybmss {
@@ -87,5 +88,11 @@ std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3>
 /// The sum of all [[load]]s on each node, N; nothing at all where the scene has none. Throws SceneError where a region
 /// is empty.
 std::vector<Vector3> nodal_loads(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest);
+
+/// Springs do not tell a turn from none: where plates turn by more than half a turn against each other, an equilibrium
+/// of them may be that of a body that is twisted by a whole turn less, its cells having slipped through each other.
+/// Returns "", or what happened. Looks at plates that lie in one layer of nodes across the axis of their rotation, and
+/// at what is held fast like them.
+std::string lost_turns(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> displacements);
 
 } // namespace hybmss

@@ -47,6 +47,9 @@ double Simulation::time() const {
 double Simulation::time_step() const {
     return implementation_->time_step;
 }
+double Simulation::estimated_seconds() const {
+    return implementation_->estimated_seconds();
+}
 double Simulation::critical_time_step() const {
     return implementation_->critical_time_step;
 }

@@ -328,9 +328,28 @@ std::string Simulation::Implementation::solve(const RunCallbacks& callbacks) {
     solved_residual = result.residual;
     solved = result.status == EquilibriumStatus::converged;
     if (solved) {
-        return "";
+        const std::string lost = lost_turns(scene, rest, displacements_of(dynamics));
+        solved = lost.empty();
+        return solved ? "" : "no equilibrium of so many turns: " + lost;
     }
     return printed("no equilibrium (%s): ", std::string(name(result.status)).c_str()) + explained(result, scene);
+}
+
+double Simulation::Implementation::estimated_seconds() const {
+    if (!is_static()) {
+        return 0;
+    }
+    // Steps double from the first.
+    const double load_steps = std::max(steps_to_turn(scene.moves), 1 + std::log2(scene.solver.load_steps));
+    return std::visit(
+        [&](const auto& d) {
+            if constexpr (requires { d.estimate_seconds(); }) {
+                return load_steps * d.estimate_seconds();
+            } else {
+                return 0.0;
+            }
+        },
+        dynamics);
 }
 
 std::string Simulation::Implementation::implicit_step() {

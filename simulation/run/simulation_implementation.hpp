@@ -117,6 +117,7 @@ struct Simulation::Implementation {
     /// Goes to equilibrium under the whole loading.
     /// Returns why there is none, with the last state on the way kept; or "".
     std::string solve(const RunCallbacks& callbacks);
+    double estimated_seconds() const;
     /// Starts afresh from a known state: nothing of what the dynamics hold inside may outlive values that are not
     /// finite.
     void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,

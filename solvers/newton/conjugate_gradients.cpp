@@ -35,6 +35,10 @@ CgResult ConjugateGradients<T>::solve(const Potential<T>& potential, Preconditio
     for (;;) {
         potential.multiply(direction_, product_);
         ++result.iterations;
+        if (limits.progress && !limits.progress(result.iterations)) {
+            result.end = CgEnd::stopped;
+            break;
+        }
         const double curvature = space_->dot(direction_, product_);
         // Along a rigid motion there is no curvature but for rounding.
         const bool downwards = !(curvature > 4 * std::numeric_limits<T>::epsilon() * dd);

@@ -2,6 +2,8 @@
 
 #include "solvers/newton/preconditioner.hpp"
 
+#include <functional>
+
 namespace hybmss {
 
 /// Why a run of conjugate gradients ended.
@@ -10,6 +12,7 @@ enum class CgEnd {
     boundary,
     negative_curvature,
     iterations,
+    stopped,  ///< by the caller
     stagnated ///< at the start already: the gradient is zero, or r . B r is not positive
 };
 
@@ -19,6 +22,8 @@ struct CgLimits {
     int iterations = 1000;
     /// How far a component may go along a negative or vanishing curvature where the radius sets no bound.
     double length = 0;
+    /// Called at every iteration with their number; false stops. May be empty.
+    std::function<bool(int iterations)> progress = {};
 };
 
 struct CgResult {

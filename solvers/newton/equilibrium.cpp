@@ -7,6 +7,7 @@
 #include "solvers/newton/load_stepping.hpp"
 #include "solvers/newton/preconditioner.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -392,6 +393,30 @@ PlanDescription EquilibriumSolver<T>::describe() const {
     PlanDescription description = implementation_->planned.describe();
     description.bytes += implementation_->state.bytes();
     return description;
+}
+
+template <class T>
+double EquilibriumSolver<T>::estimate_seconds() {
+    using Clock = std::chrono::steady_clock;
+    Implementation& i = *implementation_;
+    const VectorSpace<T>& space = i.potential.space();
+    if (node_count() == 0) {
+        return 0;
+    }
+    NodeVector<T> direction = space.make(), product = space.make();
+    i.potential.linearise(i.state);
+    i.potential.multiply(direction, product);
+    const Clock::time_point start = Clock::now();
+    double seconds = 0;
+    int products = 0;
+    while (products < 3 || (seconds < 0.01 && products < 1000)) {
+        i.potential.multiply(direction, product);
+        ++products;
+        seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    }
+    const double expected =
+        i.lattice ? expected_products(i.lattice->first, i.lattice->second) : 10 * std::cbrt(node_count());
+    return expected * seconds / products;
 }
 
 template class EquilibriumSolver<float>;

@@ -141,7 +141,14 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
                              last_, before_last_, u);
             potential.impose(state);
         } else {
-            result.cg_iterations += minimiser_.predict(potential, preconditioner, state);
+            std::function<bool(int)> progress;
+            if (options.progress) {
+                progress = [&](int cg) {
+                    return options.progress(
+                        {target, result.load_steps, 0, result.cg_iterations + cg, 1, last.potential});
+                };
+            }
+            result.cg_iterations += minimiser_.predict(potential, preconditioner, state, progress);
         }
         MinimiserOptions limits;
         limits.tolerance = options.tolerance;

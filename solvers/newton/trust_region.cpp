@@ -44,7 +44,8 @@ TrustRegion<T>::TrustRegion(const VectorSpace<T>& space)
       before_(space.make()) {}
 
 template <class T>
-long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state) {
+long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                             const std::function<bool(int cg_iterations)>& progress) {
     // K_ff p_f = -(g_f + K_fh p_h)
     potential.gradient(state, gradient_);
     potential.linearise(state);
@@ -52,8 +53,13 @@ long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& precond
     potential.prescribed_step(state, before_);
     potential.multiply(before_, trial_gradient_);
     space_->add_multiple(1, trial_gradient_, gradient_);
-    const CgLimits limits{.relative_residual = 1e-3, .radius = 0, .iterations = 2000, .length = 0};
+    const CgLimits limits{
+        .relative_residual = 1e-3, .radius = 0, .iterations = 2000, .length = 0, .progress = progress};
     const CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+    if (cg.end == CgEnd::stopped) {
+        potential.impose(state);
+        return cg.iterations;
+    }
     const FieldView<T> u{state.displacement};
     MutableFieldView<T> mutable_u{state.displacement};
     Turning<T>* const turning = potential.turning();
@@ -137,6 +143,12 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
     };
     Region regions[2] = {{&preconditioner}, {plain}};
     Region* region = &regions[0];
+    std::function<bool(int)> cg_progress;
+    if (options.progress) {
+        cg_progress = [&](int more) {
+            return options.progress(result.iterations, result.cg_iterations + more, result.residual, result.potential);
+        };
+    }
     double forcing = 0.1;
     int stalls = 0;
     for (;; ++result.iterations) {
@@ -170,9 +182,14 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const CgLimits limits{.relative_residual = std::max(forcing, std::min(enough, 0.1)),
                               .radius = radius,
                               .iterations = 5000,
-                              .length = kFirstStep * potential.length()};
+                              .length = kFirstStep * potential.length(),
+                              .progress = cg_progress};
         CgResult cg = cg_.solve(potential, *active, gradient_, limits, step_);
         result.cg_iterations += cg.iterations;
+        if (cg.end == CgEnd::stopped) {
+            result.status = EquilibriumStatus::stopped;
+            return result;
+        }
         result.negative_curvatures += cg.negative_curvature;
         if (cg.end == CgEnd::stagnated && !fresh) {
             // Not positive any more: the matrix has moved too far away.

@@ -10,7 +10,7 @@ namespace hybmss {
 struct MinimiserOptions {
     double tolerance = 1e-8;
     int iterations = 200;
-    /// Called with the residual and the potential (J) at every iteration; false stops.
+    /// Called with the residual and the potential (J) at every iteration, of conjugate gradients too; false stops.
     std::function<bool(int iteration, long cg_iterations, double residual, double potential)> progress;
 };
 
@@ -34,8 +34,10 @@ public:
     explicit TrustRegion(const VectorSpace<T>& space);
 
     /// Moves the held components of `state` to where they are prescribed and the free ones along, to first order: one
-    /// step of Newton's method in both. Returns the CG iterations.
-    long predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state);
+    /// step of Newton's method in both. Returns the CG iterations. `progress` may be empty, or is told their number;
+    /// where it says false, only the held components move.
+    long predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                 const std::function<bool(int cg_iterations)>& progress = {});
 
     /// Of a state as it is, as minimise() would have it.
     double residual(Potential<T>& potential, State<T>& state);

@@ -182,6 +182,17 @@ TEST(Static, a_bar_that_is_twisted_too_far_says_how_far_it_came) {
     EXPECT_NE(summary.failure.find("left is the equilibrium at"), std::string::npos) << summary.failure;
 }
 
+/// A cube cannot hold a whole turn. Its cells slip through each other, and rest untwisted under a turned plate.
+TEST(Static, a_cube_that_loses_its_turns_has_no_equilibrium_of_them) {
+    Scene scene = twisted_bar(360);
+    scene.body.cells = {4, 4, 4};
+    scene.material.poisson_ratio = 0.4;
+    const Summary summary = solved(scene);
+    EXPECT_FALSE(summary.converged);
+    EXPECT_NE(summary.failure.find("cells have slipped through each other"), std::string::npos) << summary.failure;
+    EXPECT_LE(summary.settlement.residual, 1e-8);
+}
+
 /// A load on the free end of a rod: the stretch is F L / (E A) where the ends are free to contract.
 TEST(Static, load_stretches_a_rod_by_hookes_law) {
     Scene scene = parse_scene(R"(

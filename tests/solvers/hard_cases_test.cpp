@@ -208,6 +208,32 @@ TEST(HardCases, ThreadsDoNotChangeABit) {
     }
 }
 
+/// Progress is told within a Newton iteration too, changes no bit, and stops a solve there.
+TEST(HardCases, ProgressIsToldAtEveryIteration) {
+    const Lattice lattice = Lattice::box(6, 7, 5, kCellSize);
+    const Loading loading = plates(lattice, translated({0.3, -0.4, 0}));
+    EquilibriumSolver<double> silent(lattice, {}), told(lattice, {});
+    Field<double> u(silent.node_count()), v(u.size());
+    const auto result = silent.solve(loading, view(u));
+    long calls = 0, last = 0;
+    EquilibriumOptions options;
+    options.progress = [&](const EquilibriumProgress& progress) {
+        ++calls;
+        EXPECT_GE(progress.cg_iterations, last);
+        last = progress.cg_iterations;
+        return true;
+    };
+    ASSERT_EQ(told.solve(loading, view(v), options).status, EquilibriumStatus::converged);
+    EXPECT_EQ(u, v);
+    EXPECT_GE(calls, result.cg_iterations);
+    options.progress = [&](const EquilibriumProgress& progress) { return progress.cg_iterations < 60; };
+    v.assign(v.size(), {0, 0, 0});
+    const auto stopped = told.solve(loading, view(v), options);
+    EXPECT_EQ(stopped.status, EquilibriumStatus::stopped);
+    EXPECT_EQ(stopped.cg_iterations, 60);
+    EXPECT_GT(told.estimate_seconds(), 0);
+}
+
 /// Backward Euler on one free fall: v = t g after every step, u = g dt^2 (1 + 2 + ... + n).
 TEST(BackwardEuler, FallsFreely) {
     const Lattice lattice = Lattice::box(2, 2, 2, kCellSize);

@@ -18,7 +18,7 @@ namespace hybmss {
 struct AccuracyMesh {
     std::array<std::int64_t, 3> cells = {0, 0, 0};
     double cell_size = 0; ///< m
-    double seconds = 0;
+    double seconds = 0;   ///< before it is solved, estimated from the mesh before; 0 for the first
     /// Relative; not a number on the first mesh, which has none to compare with.
     double error_estimate = std::numeric_limits<double>::quiet_NaN();
 };

@@ -164,6 +164,8 @@ public:
     double time_step() const; ///< s; 0 for a static scene
     /// Of semi-implicit Euler, s: a guaranteed lower bound of the largest stable step near rest.
     double critical_time_step() const;
+    /// How long a static scene may take, s, by EquilibriumSolver::estimate_seconds() and its load steps; 0 in time.
+    double estimated_seconds() const;
     PlanDescription describe() const;
     /// Nodes held along at least one axis: by fixes, and by moves.
     std::size_t fixed_node_count() const;

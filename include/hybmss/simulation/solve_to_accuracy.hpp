@@ -15,6 +15,8 @@ struct AccuracyOptions {
     bool choose_precision = true;
     /// Called before each solve with its mesh; may be empty.
     std::function<void(const AccuracyMesh&)> before_solve;
+    /// Called during each solve, as RunCallbacks::progress; may be empty.
+    std::function<void(const AccuracyMesh&, const Progress&)> progress;
 };
 
 struct AccurateSolution {
