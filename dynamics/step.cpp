@@ -41,24 +41,6 @@ Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<co
     });
 }
 
-/// Appends what acts on single nodes to the stages of a step. A load adds its part to the integrated motion, which is
-/// linear in the force: v += dt/(1 + dt c) f/m, u += dt of that. The spans and the state must outlive the stages.
-template <class T>
-void add_action_stages(State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
-                       std::vector<Stage>& stages) {
-    if (!actions.loaded.empty()) {
-        stages.push_back(load_stage(state, parameters, actions.loaded));
-    }
-    if (actions.lead) {
-        stages.push_back({1, [lead = actions.lead](std::size_t, std::size_t) { lead(); }});
-    }
-    if (!actions.prescribed.empty()) {
-        stages.push_back(stage_over(actions.prescribed, [&state](std::span<const PrescribedComponent<T>> part) {
-            set_prescribed(state, part);
-        }));
-    }
-}
-
 } // namespace
 
 template <class T>
@@ -69,7 +51,30 @@ void take_steps(const Body<T>& body, State<T>& state, const StepParameters& para
         effect->add_stages(body, state, parameters, stages);
     }
     append(body.step_stages(state, parameters), stages);
-    add_action_stages(state, parameters, actions, stages);
+    // A load adds its part to the integrated motion, which is linear in the force: v += dt/(1 + dt c) f/m, u += dt of
+    // that.
+    if (!actions.loaded.empty()) {
+        stages.push_back(load_stage(state, parameters, actions.loaded));
+    }
+    std::vector<Stage> last;
+    for (const auto& effect : actions.effects) {
+        effect->add_last_stages(body, state, parameters, last);
+    }
+    const auto hold = [&] {
+        if (!actions.prescribed.empty()) {
+            stages.push_back(stage_over(actions.prescribed, [&state](std::span<const PrescribedComponent<T>> part) {
+                set_prescribed(state, part);
+            }));
+        }
+    };
+    if (!actions.lead || !last.empty()) {
+        hold();
+        append(std::move(last), stages);
+    }
+    if (actions.lead) {
+        stages.push_back({1, [lead = actions.lead](std::size_t, std::size_t) { lead(); }});
+        hold();
+    }
     body.workers().run(stages, count);
 }
 

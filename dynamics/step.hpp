@@ -39,10 +39,12 @@ struct StepBounds {
 /// A force f(u, v, t) beyond the body's own, gravity, mass damping and loads: one object for each effect that is called
 /// for, nothing at all for those that are not.
 ///
-/// It acts before the step's sweep, as a kick of the velocities: v += dt f/m. The sweep's own force depends on u alone,
-/// and the step is linear in the sum of the forces, so that this is the step under that sum:
+/// One that is known before the step's sweep acts there, as a kick of the velocities: v += dt f/m. The sweep's own
+/// force depends on u alone, and the step is linear in the sum of the forces, so that this is the step under that sum:
 ///
 ///     (v + dt f/m + dt (F/m + g)) / (1 + dt c)
+///
+/// One that depends on where the step ends acts when all else has: v += dv, u += dt dv.
 template <class T>
 class StepEffect {
 public:
@@ -57,7 +59,7 @@ public:
     virtual double energy(const Body<T>& body, State<T>& state) const = 0;
     /// J taken out since it was made, up to a state. Negative where it put energy in.
     virtual double dissipated(const Body<T>& body, State<T>& state) const = 0;
-    /// Adds its force at a state, N: that of the next step's kick.
+    /// Adds its force at a state, N.
     virtual void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const = 0;
     /// Replaces the components that are set after each step, whatever the effect does to them. The span outlives the
     /// stages.
@@ -68,6 +70,8 @@ public:
     /// effect outlive them.
     virtual void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
                             std::vector<Stage>& stages) = 0;
+    /// Likewise what comes last in a step: the loads have acted, and what is prescribed has been set back.
+    virtual void add_last_stages(const Body<T>&, State<T>&, const StepParameters&, std::vector<Stage>&) {}
     /// The state has been set from outside.
     virtual void state_was_set() {}
     /// Cells have been removed from the lattice that the body was made from; these nodes have lost some. A body that
@@ -92,7 +96,8 @@ struct StepActions {
     std::function<void()> lead = {};
 };
 
-/// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components.
+/// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components, and what
+/// comes last. What is led goes on after that, as if it were set between two steps.
 template <class T>
 void take_steps(const Body<T>& body, State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
                 long count);

@@ -20,42 +20,95 @@ RigidPose Contact<T>::pose_after(std::size_t obstacle, double time) const {
 }
 
 template <class T>
-Point Contact<T>::place(const RigidPose& pose, const Node& node, const State<T>& state, double length_unit) const {
+Point Contact<T>::place(const RigidPose& pose, const Node& node, const State<T>& state) const {
     Point x;
     for (std::size_t a = 0; a < 3; ++a) {
         const Component<const T> u = component(state.displacement, a);
         const auto displacement = static_cast<double>(u.first[static_cast<std::ptrdiff_t>(node.index) * u.stride]);
-        x[a] = node.rest[a] - pose.position[a] + length_unit * displacement;
+        x[a] = node.rest[a] - pose.position[a] + length_unit_ * displacement;
     }
     return from_space(pose.rotation, x);
 }
 
-/// Work and energy by the trapezoidal rule, as the step itself conserves them: over the way d along the surface the
-/// tangential force does the work -m w^2 d . (s + s')/2, stores m w^2 (s'^2 - s^2)/2, and so, with s' = s + d - slip,
-/// loses m w^2 slip . (s + s')/2.
 template <class T>
-typename Contact<T>::Touch Contact<T>::touch(const Obstacle& obstacle, const Point& place,
-                                             const SurfaceDistance& surface, const Grip* grip) const {
-    Touch touch{std::max(-surface.distance, 0.0), surface.normal, {}, 0};
-    if (!grip || (touch.depth == 0 && !grip->holds)) {
-        return touch;
-    }
-    touch.grip.place = place;
-    touch.grip.holds = touch.depth > 0;
-    touch.grip.known = true;
-    if (!grip->known) {
-        return touch;
-    }
-    // The spring turns with the surface: its part along the normal is dropped.
-    const Point wanted = plus(grip->stretch, 1, plus(place, -1, grip->place));
-    const Point along = plus(wanted, -dot(wanted, surface.normal), surface.normal);
-    const double limit = obstacle.friction * touch.depth, size = length(along);
-    const double kept = size > limit ? limit / size : 1;
+Point Contact<T>::velocity(const Node& node, const State<T>& state) const {
+    Point w;
     for (std::size_t a = 0; a < 3; ++a) {
-        touch.grip.stretch[a] = kept * along[a];
-        touch.dissipated += (1 - kept) * along[a] * (grip->stretch[a] + touch.grip.stretch[a]) / 2;
+        const Component<const T> v = component(state.velocity, a);
+        w[a] = length_unit_ * static_cast<double>(v.first[static_cast<std::ptrdiff_t>(node.index) * v.stride]);
     }
-    return touch;
+    return w;
+}
+
+namespace {
+
+/// m/s, in space, of the obstacle's point that is at `place` in its axes.
+Point velocity_at(const RigidPose& pose, const Point& place) {
+    return plus(pose.velocity, 1, cross(pose.angular_velocity, to_space(pose.rotation, place)));
+}
+
+} // namespace
+
+/// Work and energy by the trapezoidal rule, as the step itself conserves them: an impulse does the work of its force
+/// times the mean of the velocities before and after the whole step. What it takes from the body and the spring does
+/// not keep is lost.
+///
+/// Half way to the obstacle's middle a node is stopped, however soft the spring: it must not come out on the other
+/// side.
+template <class T>
+template <class Shape>
+bool Contact<T>::step_node(const Shape& shape, std::size_t o, const RigidPose& pose, std::size_t n, const Point& y,
+                           State<T>& state, const Step& step, Watch& watch) {
+    const Obstacle& obstacle = obstacles_[o];
+    const Node& node = nodes_[n];
+    const Point ground = velocity_at(pose, y);
+    const Point v = plus(velocity(node, state), -1, ground);
+    const Point from = plus(y, -step.time_step, from_space(pose.rotation, v));
+    const SurfaceDistance surface = surface_after(shape, from, y);
+    const double was = std::max(-distance_to(shape, from), 0.0), would_be = std::max(-surface.distance, 0.0);
+    if (would_be == 0 && was == 0) {
+        return false;
+    }
+    const Point normal = to_space(pose.rotation, surface.normal);
+    const auto freely = [&node](Point a) { // what an acceleration does to a node that is held along some axes
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            a[axis] *= node.held >> axis & 1 ? 0 : 1;
+        }
+        return a;
+    };
+    // The way out by an acceleration of 1 along the normal.
+    const double way = step.time_step * step.gain * dot(normal, freely(normal));
+    double push = obstacle.stiffness * would_be / (1 + obstacle.stiffness * way);
+    if (way > 0) {
+        push = std::max(push, (would_be - std::max(middle_of(shape) / 2, was)) / way);
+    }
+    Point acceleration = {push * normal[0], push * normal[1], push * normal[2]};
+    if (has_friction(o) && push > 0) {
+        const Point along = plus(v, -dot(v, normal), normal);
+        Grip& grip = grips_[o][n];
+        grip.push = grip.push > 0
+                        ? grip.push + (push - grip.push) * step.time_step / (obstacle.friction_delay + step.time_step)
+                        : push;
+        const double most = obstacle.friction * grip.push, wanted = length(along) / step.gain;
+        const double factor = wanted > most ? -most / length(along) : -1 / step.gain;
+        grip.friction = {factor * along[0], factor * along[1], factor * along[2]};
+        acceleration = plus(acceleration, 1, grip.friction);
+    }
+    const Point gained = freely(acceleration);
+    for (std::size_t a = 0; a < 3; ++a) {
+        const Component<T> c = component(state.velocity, a), u = component(state.displacement, a);
+        const double change = step.gain * gained[a] / length_unit_;
+        c.first[static_cast<std::ptrdiff_t>(node.index) * c.stride] += static_cast<T>(change);
+        u.first[static_cast<std::ptrdiff_t>(node.index) * u.stride] += static_cast<T>(step.time_step * change);
+    }
+    const double depth = std::max(would_be - way * push, 0.0);
+    const Point after = plus(v, step.gain, gained);
+    const Point before = plus(before_[n], -1, ground);
+    watch.dissipated -=
+        node.mass / 2 *
+        (step.time_step * dot(acceleration, plus(before, 1, after)) + obstacle.stiffness * (depth * depth - was * was));
+    watch.greatest_depth = std::max(watch.greatest_depth, depth);
+    return depth > 0;
 }
 
 /// m by which a node may come nearer before its block must be looked at again are used up at the speed
@@ -68,76 +121,45 @@ typename Contact<T>::Touch Contact<T>::touch(const Obstacle& obstacle, const Poi
 template <class T>
 template <class Shape>
 void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& pose, std::size_t block,
-                            State<T>& state, double time_step, double gain_of_speed) {
+                            State<T>& state, const Step& step) {
     Watch& watch = watches_[o][block];
-    watch.speed += gain_of_speed;
-    watch.near -= watch.speed * time_step;
-    if (watch.near > 0) {
+    const bool looks = watch.looks(step.time_step, step.gain_of_speed);
+    watch.speed += step.gain_of_speed;
+    watch.near -= watch.speed * step.time_step;
+    if (!looks) {
         return;
     }
-    const Obstacle& obstacle = obstacles_[o];
     const std::size_t begin = block * kBlock, end = std::min(begin + kBlock, nodes_.size());
-    double nearest = std::numeric_limits<double>::infinity();
-    bool held = false;
-    const Component<T> v[3] = {component(state.velocity, 0), component(state.velocity, 1),
-                               component(state.velocity, 2)};
-    const double gain = time_step * obstacle.stiffness / length_unit_;
+    const double obstacle_speed = length(pose.velocity);
+    const bool turns = dot(pose.angular_velocity, pose.angular_velocity) > 0;
+    double nearest = std::numeric_limits<double>::infinity(), fastest = 0;
     for (std::size_t n = begin; n < end; ++n) {
         const Node& node = nodes_[n];
         if (node.mass == 0) {
             continue;
         }
-        const Point y = place(pose, node, state, length_unit_);
-        const double distance = distance_to(shape, y);
+        const Point y = place(pose, node, state);
+        double distance = distance_to(shape, y);
+        const double speed = length(velocity(node, state)); // one that is pushed back was at least as fast
+        const double way = step.time_step * (speed + (turns ? length(velocity_at(pose, y)) : obstacle_speed));
+        if (has_friction(o)) {
+            Grip& grip = grips_[o][n];
+            grip.friction = {0, 0, 0};
+            // Nearer than that, no block falls asleep.
+            grip.push = distance < way + step.time_step * wave_speed_ ? grip.push : 0;
+        }
+        if (distance < way && step_node(shape, o, pose, n, y, state, step, watch)) {
+            distance = 0;
+        }
         nearest = std::min(nearest, distance);
-        Grip* grip = has_grips(o) ? &grips_[o][n] : nullptr;
-        if (!(distance < 0) && !(grip && grip->holds)) {
-            if (grip) {
-                // Where it comes from, should it touch next: friction begins with the first step in the obstacle.
-                grip->place = y;
-                grip->known = true;
-            }
-            continue;
-        }
-        const Touch now = touch(obstacle, y, surface_at(shape, y), grip);
-        if (grip) {
-            *grip = now.grip;
-            held = held || now.grip.holds;
-            watch.dissipated += node.mass * obstacle.stiffness * now.dissipated;
-        }
-        watch.greatest_depth = std::max(watch.greatest_depth, now.depth);
-        Point push = {0, 0, 0};
-        for (std::size_t a = 0; a < 3; ++a) {
-            push[a] = now.depth * now.normal[a] - now.grip.stretch[a];
-        }
-        push = to_space(pose.rotation, push);
-        for (std::size_t a = 0; a < 3; ++a) {
-            T& velocity = v[a].first[static_cast<std::ptrdiff_t>(node.index) * v[a].stride];
-            velocity = static_cast<T>(static_cast<double>(velocity) + gain * push[a]);
-        }
+        fastest = std::max(fastest, speed);
     }
-    const bool turns = dot(pose.angular_velocity, pose.angular_velocity) > 0 && !std::is_same_v<Shape, SphereShape>;
-    if (!(nearest > 0) || held || turns) {
+    if (!(nearest > 0) || (turns && !std::is_same_v<Shape, SphereShape>)) {
         watch.near = 0;
         return;
     }
-    double fastest = 0;
-    for (std::size_t n = begin; n < end; ++n) {
-        double square = 0;
-        for (const Component<T>& c : v) {
-            const auto w = static_cast<double>(c.first[static_cast<std::ptrdiff_t>(nodes_[n].index) * c.stride]);
-            square += w * w;
-        }
-        fastest = std::max(fastest, square);
-    }
-    // A step early, so that the place before the first touch is known.
-    watch.speed = 2 * (length_unit_ * std::sqrt(fastest) + length(pose.velocity)) + wave_speed_;
-    watch.near = std::min(nearest - (watch.speed + gain_of_speed) * time_step, kAsleep * watch.speed * time_step);
-    if (watch.near > (watch.speed + gain_of_speed) * time_step && has_grips(o)) {
-        for (std::size_t n = begin; n < end; ++n) {
-            grips_[o][n].known = false;
-        }
-    }
+    watch.speed = 2 * (fastest + obstacle_speed) + wave_speed_;
+    watch.near = std::min(nearest, kAsleep * watch.speed * step.time_step);
 }
 
 template <class T>
@@ -158,6 +180,17 @@ void Contact<T>::set_prescribed(std::span<const PrescribedComponent<T>> prescrib
                                                                   static_cast<double>(before.displacement)));
                                      return now.index == before.index && now.axis == before.axis;
                                  });
+    if (!same) {
+        number_nodes();
+        for (Node& node : nodes_) {
+            node.held = 0;
+        }
+        for (const PrescribedComponent<T>& p : prescribed) {
+            if (const auto found = numbers_.find(p.index); found != numbers_.end()) {
+                nodes_[found->second].held |= static_cast<std::uint8_t>(1 << p.axis);
+            }
+        }
+    }
     // Along all three axes; twice, as what is pulled may overtake what pulls.
     come_nearer(same ? 2 * std::sqrt(3.0) * length_unit_ * way : std::numeric_limits<double>::infinity());
     prescribed_.assign(prescribed.begin(), prescribed.end());
@@ -176,24 +209,47 @@ void Contact<T>::set_loaded(std::span<const LoadedComponent<T>> loaded) {
 template <class T>
 void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepParameters& parameters,
                             std::vector<Stage>& stages) {
+    time_step_ = parameters.time_step;
+    const double gain_of_speed = parameters.time_step * (length(parameters.acceleration) + load_acceleration_);
+    stages.push_back({piece_count(), [this, &state, gain_of_speed](std::size_t piece, std::size_t) {
+                          const std::size_t begin = piece * kBlocksAPiece,
+                                            end = std::min(begin + kBlocksAPiece, block_count());
+                          for (std::size_t block = begin; block < end; ++block) {
+                              if (std::none_of(watches_.begin(), watches_.end(), [&](const auto& watches) {
+                                      return watches[block].looks(time_step_, gain_of_speed);
+                                  })) {
+                                  continue;
+                              }
+                              const std::size_t last = std::min((block + 1) * kBlock, nodes_.size());
+                              for (std::size_t n = block * kBlock; n < last; ++n) {
+                                  before_[n] = velocity(nodes_[n], state);
+                              }
+                          }
+                      }});
+}
+
+template <class T>
+void Contact<T>::add_last_stages(const Body<T>&, State<T>& state, const StepParameters& parameters,
+                                 std::vector<Stage>& stages) {
     const double time_step = parameters.time_step;
-    const double gain_of_speed = time_step * (length(parameters.acceleration) + load_acceleration_);
-    const auto run = [this, &state, time_step, gain_of_speed](std::size_t piece, std::size_t) {
-        const std::size_t begin = piece * kBlocksAPiece, end = std::min(begin + kBlocksAPiece, block_count());
-        // One obstacle after the other, so that a node in two of them gets its pushes in one order.
-        for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-            const RigidPose pose = pose_after(o, elapsed_[piece]);
-            std::visit(
-                [&](const auto& shape) {
-                    for (std::size_t block = begin; block < end; ++block) {
-                        step_block(shape, o, pose, block, state, time_step, gain_of_speed);
-                    }
-                },
-                obstacles_[o].shape);
-        }
-        elapsed_[piece] += time_step;
-    };
-    stages.push_back({elapsed_.size(), run});
+    const Step step{time_step, time_step / (1 + time_step * parameters.mass_damping),
+                    time_step * (length(parameters.acceleration) + load_acceleration_)};
+    stages.push_back({elapsed_.size(), [this, &state, step](std::size_t piece, std::size_t) {
+                          const std::size_t begin = piece * kBlocksAPiece,
+                                            end = std::min(begin + kBlocksAPiece, block_count());
+                          elapsed_[piece] += step.time_step;
+                          // One obstacle after the other, so that a node in two of them gets its pushes in one order.
+                          for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+                              const RigidPose pose = pose_after(o, elapsed_[piece]);
+                              std::visit(
+                                  [&](const auto& shape) {
+                                      for (std::size_t block = begin; block < end; ++block) {
+                                          step_block(shape, o, pose, block, state, step);
+                                      }
+                                  },
+                                  obstacles_[o].shape);
+                          }
+                      }});
 }
 
 template <class T>
@@ -207,10 +263,16 @@ void Contact<T>::for_each_touch(const State<T>& state, const Visit& visit) const
                     if (nodes_[n].mass == 0) {
                         continue;
                     }
-                    const Point y = place(pose, nodes_[n], state, length_unit_);
-                    const Grip* grip = has_grips(o) ? &grips_[o][n] : nullptr;
-                    if (distance_to(shape, y) < 0 || (grip && grip->holds)) {
-                        visit(o, pose, nodes_[n], y, touch(obstacles_[o], y, surface_at(shape, y), grip));
+                    const Point y = place(pose, nodes_[n], state);
+                    if (distance_to(shape, y) < 0) {
+                        const SurfaceDistance surface = surface_at(shape, y);
+                        const double mass = nodes_[n].mass;
+                        Point force = to_space(pose.rotation, surface.normal);
+                        for (std::size_t a = 0; a < 3; ++a) {
+                            force[a] *= -mass * obstacles_[o].stiffness * surface.distance;
+                            force[a] += has_friction(o) ? mass * grips_[o][n].friction[a] : 0;
+                        }
+                        visit(o, pose, nodes_[n], y, -surface.distance, force);
                     }
                 }
             },
@@ -221,10 +283,8 @@ void Contact<T>::for_each_touch(const State<T>& state, const Visit& visit) const
 template <class T>
 double Contact<T>::energy(const Body<T>&, State<T>& state) const {
     double sum = 0;
-    for_each_touch(state, [&](std::size_t o, const RigidPose&, const Node& node, const Point&, const Touch& touch) {
-        sum += 0.5 * node.mass * obstacles_[o].stiffness *
-               (touch.depth * touch.depth + dot(touch.grip.stretch, touch.grip.stretch));
-    });
+    for_each_touch(state, [&](std::size_t o, const RigidPose&, const Node& node, const Point&, double depth,
+                              const Point&) { sum += 0.5 * node.mass * obstacles_[o].stiffness * depth * depth; });
     return sum;
 }
 
@@ -236,21 +296,19 @@ double Contact<T>::dissipated(const Body<T>&, State<T>& state) const {
             sum += watch.dissipated;
         }
     }
-    // The slip up to this state, which the next step will book.
-    for_each_touch(state, [&](std::size_t o, const RigidPose&, const Node& node, const Point&, const Touch& touch) {
-        sum += node.mass * obstacles_[o].stiffness * touch.dissipated;
-    });
+    // The first half of what the next step's force will have taken: that on the way to this state. The obstacle's share
+    // of it is there too.
+    for_each_touch(state, [&](std::size_t, const RigidPose&, const Node& node, const Point&, double,
+                              const Point& force) { sum -= 0.5 * time_step_ * dot(force, velocity(node, state)); });
     return sum;
 }
 
 template <class T>
 void Contact<T>::add_forces(const Body<T>&, State<T>& state, NodeField<T>& force) const {
-    for_each_touch(state, [&](std::size_t o, const RigidPose& pose, const Node& node, const Point&, const Touch& t) {
-        const Point push = to_space(pose.rotation, plus(t.grip.stretch, -t.depth, t.normal));
+    for_each_touch(state, [&](std::size_t, const RigidPose&, const Node& node, const Point&, double, const Point& f) {
         for (std::size_t a = 0; a < 3; ++a) {
-            const Component<T> f = component(force, a);
-            f.first[static_cast<std::ptrdiff_t>(node.index) * f.stride] -=
-                static_cast<T>(node.mass * obstacles_[o].stiffness * push[a]);
+            const Component<T> c = component(force, a);
+            c.first[static_cast<std::ptrdiff_t>(node.index) * c.stride] += static_cast<T>(f[a]);
         }
     });
 }
@@ -263,25 +321,21 @@ std::vector<ObstacleReading> Contact<T>::readings(const Body<T>&, State<T>& stat
             readings[o].greatest_depth = std::max(readings[o].greatest_depth, watch.greatest_depth);
         }
     }
-    for_each_touch(state, [&](std::size_t o, const RigidPose& pose, const Node& node, const Point& y, const Touch& t) {
-        if (t.depth == 0) {
-            return;
-        }
+    for_each_touch(state, [&](std::size_t o, const RigidPose& pose, const Node&, const Point& y, double depth,
+                              const Point& force) {
         ObstacleReading& reading = readings[o];
-        const double k = node.mass * obstacles_[o].stiffness;
-        const Point push = plus(t.grip.stretch, -t.depth, t.normal);
-        reading.force = plus(reading.force, -k, to_space(pose.rotation, push));
-        reading.torque = plus(reading.torque, -k, to_space(pose.rotation, cross(y, push)));
+        reading.force = plus(reading.force, 1, force);
+        reading.torque = plus(reading.torque, 1, cross(to_space(pose.rotation, y), force));
         reading.nodes += 1;
-        reading.depth = std::max(reading.depth, t.depth);
-        reading.greatest_depth = std::max(reading.greatest_depth, t.depth);
+        reading.depth = std::max(reading.depth, depth);
+        reading.greatest_depth = std::max(reading.greatest_depth, depth);
     });
     return readings;
 }
 
 template <class T>
 std::size_t Contact<T>::bytes() const {
-    std::size_t sum = nodes_.size() * sizeof(Node) + elapsed_.size() * sizeof(double) +
+    std::size_t sum = nodes_.size() * (sizeof(Node) + sizeof(Point)) + elapsed_.size() * sizeof(double) +
                       prescribed_.size() * sizeof(PrescribedComponent<T>);
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         sum += sizeof(Obstacle) + grips_[o].size() * sizeof(Grip) + watches_[o].size() * sizeof(Watch);

@@ -12,15 +12,23 @@
 
 namespace hybmss {
 
-/// Penalty contact of surface nodes with rigid obstacles, and Coulomb friction. For a node of mass m at the depth p,
-/// with the way out n and the stretch s of its tangential spring:
+/// Contact of surface nodes with rigid obstacles, and Coulomb friction, by impulses at the end of a step. A node of
+/// mass m that would end it at the depth p with the velocity v, as seen from the obstacle, n being the way out, gets
 ///
-///     W = 1/2 m w^2 (p^2 + |s|^2),   f = m w^2 (p n - s),   |s| <= mu p
+///     m a n,       a = w^2 (p - dt^2 a)      the spring of W = 1/2 m w^2 depth^2, where it leaves the node
+///     friction     what brings v to rest along the surface, at most mu m b,   b' = (a - b) / tau
 ///
-/// s grows by the node's way along the surface, as seen from the obstacle, and is cut back to mu p where it slips. The
-/// obstacles' positions are those at the beginning of the step.
+/// which is backward Euler for contact and semi-implicit Euler for all else: stable wherever that is, whatever w, never
+/// pulling, and damping what beats against the obstacle. A node that sticks stays where it is, to rounding.
 ///
-/// Nodes are kept in blocks of neighbours. A block far away is not looked at before it can have come near: see wait().
+/// Friction follows the push with a delay (Prakash and Clifton's law). Coulomb's own, that has none, makes an elastic
+/// body that slides on a rigid one unstable at every wave length: nodes flutter, and let go. b is the mean of a over
+/// the steps in which the node touches, so that both come to the same impulse.
+///
+/// Obstacles are where their velocities bring them by the end of the step; what is prescribed is where it was.
+///
+/// Nodes are kept in blocks of neighbours. A block far away is not looked at before it can have come near: see
+/// step_block().
 template <class T>
 class Contact final : public StepEffect<T> {
 public:
@@ -31,7 +39,6 @@ public:
     /// One pose an obstacle. Throws std::invalid_argument for another count and numbers that are not finite.
     void move(std::span<const RigidPose> poses);
     std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const;
-    void narrow(StepBounds& bounds) const override { bounds.frequencies = bounds.frequencies.with(obstacles_); }
     /// All nodes around the removed cells belong to the surface now, if they have mass. In time proportional to them;
     /// the first call takes a pass over the surface.
     void body_was_cut(const Body<T>& body, const Lattice& lattice, const NodeNumbers& numbers,
@@ -46,6 +53,8 @@ public:
     void set_loaded(std::span<const LoadedComponent<T>> loaded) override;
     void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
                     std::vector<Stage>& stages) override;
+    void add_last_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+                         std::vector<Stage>& stages) override;
     void state_was_set() override;
     std::vector<double> memory() const override;
     std::size_t memory_size() const override;
@@ -53,23 +62,15 @@ public:
 
 private:
     struct Node {
-        Point rest;        ///< m
-        std::size_t index; ///< in the body's fields
-        double mass;       ///< kg; 0 where all its cells have been cut away: it touches nothing
+        Point rest;            ///< m
+        std::size_t index;     ///< in the body's fields
+        double mass;           ///< kg; 0 where all its cells have been cut away: it touches nothing
+        std::uint8_t held = 0; ///< axes that are prescribed, as bits: no impulse moves them
     };
-    /// How a node holds to an obstacle, in the obstacle's axes.
+    /// Of a node on an obstacle with friction, m/s^2.
     struct Grip {
-        Point place = {0, 0, 0};   ///< where it was at the last step
-        Point stretch = {0, 0, 0}; ///< of the tangential spring
-        bool holds = false;        ///< it touches
-        bool known = false;        ///< its place is that of the last step
-    };
-    /// What a node and an obstacle have to do with each other at a state. Vectors in the obstacle's axes.
-    struct Touch {
-        double depth;
-        Point normal;
-        Grip grip;         ///< after the step
-        double dissipated; ///< by the slip of this step, J per m w^2
+        Point friction = {0, 0, 0}; ///< in the last step
+        double push = 0;            ///< b; 0 where it is out of reach
     };
     /// A block of nodes and one obstacle.
     struct Watch {
@@ -77,6 +78,17 @@ private:
         double speed = 0;          ///< m/s, at most, at which they do now
         double dissipated = 0;     ///< J
         double greatest_depth = 0; ///< m
+
+        /// Whether they may touch in a step.
+        bool looks(double time_step, double gain_of_speed) const {
+            return !(near - (speed + gain_of_speed) * time_step > 0);
+        }
+    };
+    /// How a step ends for the nodes of a block.
+    struct Step {
+        double time_step;
+        double gain; ///< of velocity by acceleration: the time step, less what mass damping takes
+        double gain_of_speed;
     };
 
     static constexpr std::size_t kBlock = 128; ///< nodes
@@ -86,18 +98,24 @@ private:
     std::size_t block_count() const { return (nodes_.size() + kBlock - 1) / kBlock; }
     std::size_t piece_count() const { return (block_count() + kBlocksAPiece - 1) / kBlocksAPiece; }
     double elapsed() const { return elapsed_.empty() ? 0 : elapsed_[0]; }
-    bool has_grips(std::size_t obstacle) const { return obstacles_[obstacle].friction > 0; }
+    bool has_friction(std::size_t obstacle) const { return obstacles_[obstacle].friction > 0; }
+    void number_nodes();
     void node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest);
     RigidPose pose_after(std::size_t obstacle, double time) const;
-    Point place(const RigidPose& pose, const Node& node, const State<T>& state, double length_unit) const;
-    Touch touch(const Obstacle& obstacle, const Point& place, const SurfaceDistance& surface, const Grip* grip) const;
+    /// In the obstacle's axes.
+    Point place(const RigidPose& pose, const Node& node, const State<T>& state) const;
+    /// m/s, in space.
+    Point velocity(const Node& node, const State<T>& state) const;
     template <class Shape>
     void step_block(const Shape& shape, std::size_t obstacle, const RigidPose& pose, std::size_t block, State<T>& state,
-                    double time_step, double gain_of_speed);
+                    const Step& step);
+    /// Ends a step for a node that touched at its beginning or would at its end. Returns whether it does now.
+    template <class Shape>
+    bool step_node(const Shape& shape, std::size_t obstacle, const RigidPose& pose, std::size_t n, const Point& place,
+                   State<T>& state, const Step& step, Watch& watch);
     /// All nodes may have come nearer by `way`, m.
     void come_nearer(double way);
-    /// visit(obstacle, its pose, node's number, place, touch) for every touch at the present state; what slip takes is
-    /// there, and greatest depths are not kept.
+    /// visit(obstacle, its pose, node's number, place in its axes, depth, force on the node in N) for every touch.
     template <class Visit>
     void for_each_touch(const State<T>& state, const Visit& visit) const;
 
@@ -108,10 +126,12 @@ private:
     std::vector<Obstacle> obstacles_;
     std::vector<Node> nodes_;
     std::vector<std::vector<Grip>> grips_;    ///< one a node, for every obstacle with friction
+    std::vector<Point> before_;               ///< m/s: velocities before the step, in blocks that may touch
     std::vector<std::vector<Watch>> watches_; ///< one a block, for every obstacle
+    double time_step_ = 0;                    ///< s: the last one
     std::vector<double> elapsed_;             ///< s since the obstacles were moved; one a piece, all the same
     std::optional<SurfaceNode> known_;        ///< one of those that were given, if there were any
-    std::unordered_map<std::size_t, std::size_t> numbers_; ///< of nodes_, by their index; from the first cut on
+    std::unordered_map<std::size_t, std::size_t> numbers_; ///< of nodes_, by their index; made when called for
 };
 
 extern template class Contact<float>;

@@ -132,12 +132,19 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
             refuse_obstacle(o, "stiffness = " + std::to_string(obstacle.stiffness) +
                                    " is not allowed: it must be finite and at least 0");
         }
+        if (!std::isfinite(obstacle.friction_delay) || obstacle.friction_delay < 0) {
+            refuse_obstacle(o, "friction_delay = " + std::to_string(obstacle.friction_delay) +
+                                   " is not allowed: it must be finite and at least 0");
+        }
+        const double dt = body.critical_time_step();
         if (obstacle.stiffness == 0) {
-            const double dt = body.critical_time_step();
             if (!std::isfinite(dt)) {
                 refuse_obstacle(o, "stiffness = 0 is not allowed: the body has none of its own");
             }
-            obstacle.stiffness = 1 / (dt * dt);
+            obstacle.stiffness = default_contact_stiffness(dt);
+        }
+        if (obstacle.friction_delay == 0 && std::isfinite(dt)) { // a body without springs does not flutter
+            obstacle.friction_delay = default_friction_delay(dt);
         }
     }
     if (!surface.empty()) {
@@ -176,9 +183,10 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
         }
         nodes_.push_back({sorted[s].rest_position, body.index_of(sorted[s].node), body.masses()[sorted[s].node]});
     }
+    before_.resize(nodes_.size());
     grips_.resize(obstacles_.size());
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        grips_[o].resize(has_grips(o) ? nodes_.size() : 0);
+        grips_[o].resize(has_friction(o) ? nodes_.size() : 0);
     }
     watches_.assign(obstacles_.size(), std::vector<Watch>(block_count()));
     elapsed_.assign(piece_count(), 0.0);
@@ -226,52 +234,59 @@ void Contact<T>::body_was_cut(const Body<T>& body, const Lattice& lattice, const
     elapsed_.resize(piece_count(), elapsed());
 }
 
-// New nodes come last, in the order in which the cells around them were removed, those without mass too: a body that is
-// cut again in another number of calls has the same blocks and the same memory.
 template <class T>
-void Contact<T>::node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest) {
+void Contact<T>::number_nodes() {
     if (numbers_.empty()) {
         for (std::size_t n = 0; n < nodes_.size(); ++n) {
             numbers_[nodes_[n].index] = n;
         }
     }
+}
+
+// New nodes come last, in the order in which the cells around them were removed, those without mass too: a body that is
+// cut again in another number of calls has the same blocks and the same memory.
+template <class T>
+void Contact<T>::node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest) {
+    number_nodes();
     const std::size_t index = body.index_of(number);
     const auto [entry, is_new] = numbers_.try_emplace(index, nodes_.size());
     if (is_new) {
         nodes_.push_back({rest, index, 0});
+        before_.emplace_back();
+        for (const PrescribedComponent<T>& p : prescribed_) {
+            nodes_.back().held |= static_cast<std::uint8_t>(p.index == index ? 1 << p.axis : 0);
+        }
     }
     nodes_[entry->second].mass = body.masses()[number];
     for (std::size_t o = 0; is_new && o < obstacles_.size(); ++o) {
-        grips_[o].resize(has_grips(o) ? nodes_.size() : 0);
+        grips_[o].resize(has_friction(o) ? nodes_.size() : 0);
         watches_[o].resize(block_count());
         watches_[o].back().near = 0;
     }
 }
 
-// The time since the obstacles were moved; then for every obstacle two numbers a block, and seven a node where there is
-// friction. What blocks wait for is not kept: looking earlier finds nothing.
+// The time since the obstacles were moved and the last time step; then for every obstacle two numbers a block, and
+// four a node where there is friction. What blocks wait for is not kept: looking earlier finds nothing.
 template <class T>
 std::size_t Contact<T>::memory_size() const {
-    std::size_t size = 1;
+    std::size_t size = 2;
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        size += 2 * watches_[o].size() + 7 * grips_[o].size();
+        size += 2 * watches_[o].size() + 4 * grips_[o].size();
     }
     return size;
 }
 
 template <class T>
 std::vector<double> Contact<T>::memory() const {
-    std::vector<double> memory = {elapsed()};
+    std::vector<double> memory = {elapsed(), time_step_};
     memory.reserve(memory_size());
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         for (const Watch& watch : watches_[o]) {
-            memory.push_back(watch.dissipated);
-            memory.push_back(watch.greatest_depth);
+            memory.insert(memory.end(), {watch.dissipated, watch.greatest_depth});
         }
         for (const Grip& grip : grips_[o]) {
-            memory.insert(memory.end(), grip.place.begin(), grip.place.end());
-            memory.insert(memory.end(), grip.stretch.begin(), grip.stretch.end());
-            memory.push_back(grip.holds ? 2 : grip.known ? 1 : 0);
+            memory.insert(memory.end(), grip.friction.begin(), grip.friction.end());
+            memory.push_back(grip.push);
         }
     }
     return memory;
@@ -281,6 +296,7 @@ template <class T>
 void Contact<T>::set_memory(std::span<const double> memory) {
     const double* next = memory.data();
     std::fill(elapsed_.begin(), elapsed_.end(), *next++);
+    time_step_ = *next++;
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         for (Watch& watch : watches_[o]) {
             watch.near = 0;
@@ -288,10 +304,8 @@ void Contact<T>::set_memory(std::span<const double> memory) {
             watch.greatest_depth = *next++;
         }
         for (Grip& grip : grips_[o]) {
-            next = (std::copy_n(next, 3, grip.place.begin()), next + 3);
-            next = (std::copy_n(next, 3, grip.stretch.begin()), next + 3);
-            grip.holds = *next == 2;
-            grip.known = *next++ != 0;
+            next = (std::copy_n(next, 3, grip.friction.begin()), next + 3);
+            grip.push = *next++;
         }
     }
 }
@@ -324,6 +338,7 @@ std::vector<ObstacleReading> ExplicitDynamics<T>::obstacle_readings() const {
 template Contact<float>::Contact(const Body<float>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void Contact<float>::node_was_cut(const Body<float>&, std::uint32_t, const Point&);
 template void Contact<float>::move(std::span<const RigidPose>);
+template void Contact<float>::number_nodes();
 template void Contact<float>::body_was_cut(const Body<float>&, const Lattice&, const NodeNumbers&,
                                            std::span<const CutNode>);
 template std::size_t Contact<float>::memory_size() const;
@@ -335,6 +350,7 @@ template std::vector<ObstacleReading> ExplicitDynamics<float>::obstacle_readings
 template Contact<double>::Contact(const Body<double>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void Contact<double>::node_was_cut(const Body<double>&, std::uint32_t, const Point&);
 template void Contact<double>::move(std::span<const RigidPose>);
+template void Contact<double>::number_nodes();
 template void Contact<double>::body_was_cut(const Body<double>&, const Lattice&, const NodeNumbers&,
                                             std::span<const CutNode>);
 template std::size_t Contact<double>::memory_size() const;

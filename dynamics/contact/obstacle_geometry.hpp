@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <type_traits>
 
 namespace hybmss {
 
@@ -96,6 +99,75 @@ inline SurfaceDistance surface_at(const BoxShape& box, const Point& y) {
     Point normal = {0, 0, 0};
     normal[nearest] = y[nearest] < 0 ? -1 : 1;
     return {distance, normal};
+}
+
+/// Where a straight way comes in from outside.
+struct Entry {
+    double part; ///< of the way that is done there, 0 .. 1
+    Point normal;
+};
+
+inline std::optional<Entry> entry(const SphereShape& sphere, const Point& from, const Point& way) {
+    // |from + t way| = radius, the first t; c >= 0 outside
+    const double a = dot(way, way), b = dot(from, way), c = dot(from, from) - sphere.radius * sphere.radius;
+    const double discriminant = b * b - a * c;
+    if (!(b < 0) || !(discriminant > 0)) {
+        return {};
+    }
+    const double t = std::max(c, 0.0) / (-b + std::sqrt(discriminant));
+    return t <= 1 ? std::optional(Entry{t, surface_at(sphere, plus(from, t, way)).normal}) : std::nullopt;
+}
+inline std::optional<Entry> entry(const BoxShape& box, const Point& from, const Point& way) {
+    Entry in{-std::numeric_limits<double>::infinity(), {0, 0, 0}};
+    double out = 1;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double half = box.size[a] / 2;
+        if (way[a] == 0) {
+            if (!(std::abs(from[a]) < half)) {
+                return {};
+            }
+            continue;
+        }
+        const double side = way[a] > 0 ? -1 : 1; // where it comes in
+        if (const double t = (side * half - from[a]) / way[a]; t > in.part) {
+            in = {t, {0, 0, 0}};
+            in.normal[a] = side;
+        }
+        out = std::min(out, (-side * half - from[a]) / way[a]);
+    }
+    return in.part >= 0 && in.part < out ? std::optional(in) : std::nullopt;
+}
+
+/// How deep a point is at the end of a straight way, and the way out: the nearest, unless it came in by another side or
+/// has gone through, for then it is back there. Above zero: it touches nothing.
+template <class Shape>
+SurfaceDistance surface_after(const Shape& shape, const Point& from, const Point& to) {
+    const SurfaceDistance end = surface_at(shape, to);
+    if constexpr (std::is_same_v<Shape, PlaneShape>) {
+        return end;
+    } else {
+        const Point way = plus(to, -1, from);
+        SurfaceDistance back = surface_at(shape, from);
+        if (back.distance < 0) {
+            back.distance += dot(way, back.normal);
+        } else if (const std::optional<Entry> in = entry(shape, from, way)) {
+            back = {(1 - in->part) * dot(way, in->normal), in->normal};
+        } else {
+            return end;
+        }
+        return end.distance < 0 && dot(end.normal, back.normal) > 0 ? end : back;
+    }
+}
+
+/// The depth in m from where the way out may be on the other side.
+inline double middle_of(const PlaneShape&) {
+    return std::numeric_limits<double>::infinity();
+}
+inline double middle_of(const SphereShape& sphere) {
+    return sphere.radius;
+}
+inline double middle_of(const BoxShape& box) {
+    return *std::min_element(box.size.begin(), box.size.end()) / 2;
 }
 
 } // namespace hybmss

@@ -178,7 +178,7 @@ void obstacles() {
     body.set_obstacles(surface_nodes(lattice), obstacles); // once: it lets go what friction holds
 
     const double frame = 1.0 / 60;
-    // Asked after the obstacles, which shorten it.
+    // Obstacles do not shorten it.
     const int steps = 1 + static_cast<int>(frame / (0.7 * body.critical_time_step()));
     std::array poses = {obstacles[0].pose, obstacles[1].pose};
     poses[1].velocity = {0, -0.2, 0}; // within a frame an obstacle goes on by its velocities

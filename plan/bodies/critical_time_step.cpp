@@ -77,15 +77,6 @@ double largest_of(const std::vector<double>& diagonal, const std::vector<double>
 
 } // namespace
 
-FrequencyBounds FrequencyBounds::with(std::span<const Obstacle> obstacles) const {
-    const double automatic = body / 4; // 1/dt^2, dt = 2/omega
-    FrequencyBounds among = *this;
-    for (const Obstacle& obstacle : obstacles) {
-        among.body += obstacle.stiffness > 0 ? obstacle.stiffness : automatic;
-    }
-    return among;
-}
-
 // dt = (-beta s + sqrt((beta s)^2 + 4 o)) / o for o dt^2 + 2 beta s dt = 4, without cancellation
 double FrequencyBounds::critical_time_step(double stiffness_damping, double stiffening) const {
     const double omega2 = body + (stiffening - 1) * springs, damping = stiffness_damping * springs;

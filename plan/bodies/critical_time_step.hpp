@@ -1,6 +1,5 @@
 #pragma once
 
-#include "hybmss/contact.hpp"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
 #include "hybmss/network.hpp"
@@ -15,10 +14,6 @@ namespace hybmss {
 struct FrequencyBounds {
     double body = 0;    ///< of all forces
     double springs = 0; ///< of the springs alone
-
-    /// The body among obstacles: their stiffnesses by a node's mass join its largest eigenvalue, for a node may be in
-    /// several of them at once.
-    FrequencyBounds with(std::span<const Obstacle> obstacles) const;
 
     /// A step of semi-implicit Euler that is stable near rest, s. With springs damped by c = beta k, beta = the
     /// `stiffness_damping` in s, taken at the old velocity, a mode with the stiffness k, damping c and mass m by its

@@ -1,6 +1,7 @@
 #include "simulation/run/effect_list.hpp"
 
 #include "layouts/messages.hpp"
+#include "plan/bodies/critical_time_step.hpp"
 
 #include <algorithm>
 
@@ -61,8 +62,15 @@ std::string contact(const Simulation& s) {
     const std::vector<SceneObstacle>& obstacles = s.scene().obstacles;
     const auto rough =
         std::count_if(obstacles.begin(), obstacles.end(), [](const SceneObstacle& o) { return o.friction > 0; });
-    return printed("%zu surface nodes with %zu [[obstacle]], %td with friction", surface_nodes(s.lattice()).size(),
-                   obstacles.size(), rough);
+    std::string text = printed("%zu surface nodes with %zu [[obstacle]], %td with friction",
+                               surface_nodes(s.lattice()).size(), obstacles.size(), rough);
+    const double dt = lattice_frequencies(s.lattice(), s.scene().material).critical_time_step();
+    text += printed("; stiffness %.3g Pa/m where none is given, taken implicitly, so that it damps",
+                    default_contact_stiffness(dt) * s.scene().material.density * s.scene().body.cell_size / 2);
+    if (rough > 0) {
+        text += printed("; friction follows the pressure within %.3g s", default_friction_delay(dt));
+    }
+    return text;
 }
 
 /// A rough floor that the body's lower face touches.
@@ -143,8 +151,8 @@ constexpr EffectRule kEffects[] = {
          s.cuts.push_back({BoxRegion{{-1, -1, -1}, {0, 0, 0}}, {0, 0, 0}, 1e6});
      },
      [](Scene& s) { s.cuts.clear(); }},
-    {"contact", "`[[obstacle]]`", "a pass over the surface nodes that may touch, and a kick of their velocities",
-     "a loop over surface nodes", "40 bytes a surface node; 56 more by each obstacle with friction", false,
+    {"contact", "`[[obstacle]]`", "a pass over the surface nodes that may touch, after the sweep",
+     "a loop over surface nodes", "72 bytes a surface node; 32 more by each obstacle with friction", false,
      [](const Scene& s) { return !s.obstacles.empty(); }, contact,
      [](const Scene&) { return std::string("no [[obstacle]]"); }, add_ground, [](Scene& s) { s.obstacles.clear(); }},
     {"fixed nodes", "`[[fix]]`", "a pass over the held components", "a loop over components",

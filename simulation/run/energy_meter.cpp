@@ -96,8 +96,8 @@ void EnergyMeter::record(MeteredState state) {
             way[a] = is.position[a] - was.position[a];
             angle[a] = is.angle[a] - was.angle[a];
         }
-        works_.obstacles += 0.5 * (dot(was.force, way) + dot(is.force, way));
-        works_.obstacles += 0.5 * (dot(was.torque, angle) + dot(is.torque, angle));
+        // Contact pushes by the force that it has where the step ends.
+        works_.obstacles += dot(is.force, way) + dot(is.torque, angle);
     }
     begun_ = true;
     velocity_ = std::move(next);

@@ -57,8 +57,12 @@ Obstacles::Obstacles(const Scene& scene, double body_time_step)
         // On a flat surface a node with c cells around it has the mass rho h^3 c/8 and the area h^2 c/4.
         const double stiffness = entry.stiffness
                                      ? *entry.stiffness * 2 / (scene.material.density * scene.body.cell_size)
-                                     : 1 / (body_time_step * body_time_step);
-        obstacles_.push_back({entry.shape, {.position = entry.position}, entry.friction, stiffness});
+                                     : default_contact_stiffness(body_time_step);
+        obstacles_.push_back({entry.shape,
+                              {.position = entry.position},
+                              entry.friction,
+                              stiffness,
+                              default_friction_delay(body_time_step)});
         if (moves(entry)) {
             end_of_motion_ = std::max(end_of_motion_, entry.over);
         }
@@ -77,7 +81,10 @@ Obstacles::Obstacles(const Scene& scene, double body_time_step)
 std::span<const RigidPose> Obstacles::at(double time) {
     for (std::size_t o = 0; o < entries_.size(); ++o) {
         const SceneObstacle& entry = entries_[o];
-        const Ramp s = ramp(time, entry.over);
+        Ramp s = ramp(time, entry.over);
+        if (time_step_ > 0) {
+            s.rate = (ramp(time + time_step_, entry.over).value - s.value) / time_step_;
+        }
         RigidPose& pose = poses_[o];
         for (std::size_t a = 0; a < 3; ++a) {
             const double way = entry.translate ? (*entry.translate)[a] : 0;

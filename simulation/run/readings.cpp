@@ -185,9 +185,9 @@ std::vector<std::string> Simulation::Implementation::warnings(std::span<const Na
     std::vector<std::string> lines;
     for (std::size_t o = 0; o < readings.size(); ++o) {
         const double depth = readings[o].reading.greatest_depth, good = obstacles.greatest_good_depth(o);
-        if (depth > good) {
+        if (depth >= good * (1 - 1e-9)) {
             lines.push_back(
-                printed("nodes were up to %.3g m deep in %s, where more than %.3g m may let them through; a "
+                printed("nodes were up to %.3g m deep in %s, where %.3g m is no contact of surfaces any more; a "
                         "slower impact, a stiffer or a thicker obstacle may help",
                         depth, readings[o].name.c_str(), good));
         }

@@ -213,14 +213,20 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     summary.energies = energies();
     summary.settlement = settlement(summary.energies);
     summary.converged = summary.settlement.settled && summary.failure.empty();
+    summary.obstacles = read_obstacles();
     if (!is_static() && scene.solver.tolerance && !summary.converged && summary.failure.empty()) {
         summary.failure =
             printed("not settled after duration = %.6g s: residual %.3g, kinetic ratio %.3g, tolerance %.3g%s",
                     scene.solver.duration, summary.settlement.residual, summary.settlement.kinetic_ratio,
                     *scene.solver.tolerance, moving() ? "; a motion has not ended" : "");
+        for (const NamedObstacleReading& obstacle : summary.obstacles) {
+            if (obstacle.reading.nodes > 0) {
+                summary.failure +=
+                    printed("; contact: %zu nodes touch %s", obstacle.reading.nodes, obstacle.name.c_str());
+            }
+        }
     }
     summary.probes = read_probes();
-    summary.obstacles = read_obstacles();
     summary.warnings = warnings(summary.obstacles);
     if (meter) {
         summary.balance = meter->balance();

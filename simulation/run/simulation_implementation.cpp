@@ -132,13 +132,13 @@ std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> r
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
     : scene(within_ranges(std::move(given))), options(wanted), lattice(make_lattice(scene, options)),
       rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(probes_of(scene, rest)),
-      loads(nodal_loads(scene, lattice, rest)), body_frequencies(lattice_frequencies(lattice, scene.material)),
-      obstacles(scene, body_frequencies.critical_time_step()),
+      loads(nodal_loads(scene, lattice, rest)), frequencies(lattice_frequencies(lattice, scene.material)),
+      obstacles(scene, frequencies.critical_time_step()),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
-      frequencies(body_frequencies.with(obstacles.at_start())),
       critical_time_step(frequencies.critical_time_step(scene.damping.stiffness)),
       time_step(choose_time_step(scene, frequencies)), schedule(scene.cuts, time_step) {
     check_cuts(scene, dynamics);
+    obstacles.set_time_step(time_step);
     apply_damping();
     apply_loads();
     set_obstacles();

@@ -30,13 +30,12 @@ struct Simulation::Implementation {
     std::vector<Vector3> rest;
     Supports supports;
     std::vector<ProbeNodes> probes;
-    std::vector<Vector3> loads;       ///< N, one a node; empty where the scene has none
-    FrequencyBounds body_frequencies; ///< of the body alone
+    std::vector<Vector3> loads; ///< N, one a node; empty where the scene has none
+    FrequencyBounds frequencies;
     Obstacles obstacles;
     AnyDynamics dynamics;
-    FrequencyBounds frequencies; ///< with the obstacles
-    double critical_time_step;   ///< s: with the damping of the springs too
-    double time_step;            ///< 0 where there is no time
+    double critical_time_step; ///< s: with the damping of the springs too
+    double time_step;          ///< 0 where there is no time
     long steps = 0;
     double load_fraction = 0;   ///< static: the part of the loading that the state is at
     double solved_residual = 0; ///< static: of the state

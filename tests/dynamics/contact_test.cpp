@@ -35,8 +35,6 @@ TYPED_TEST(Contact, rest_depth_is_weight_over_stiffness) {
     // The body itself gives way too, by a hundredth of what the floor does.
     EXPECT_NEAR(floor.depth, rest_depth(2, gravity, stiffness), 0.02 * rest_depth(2, gravity, stiffness));
     EXPECT_GE(floor.greatest_depth, floor.depth);
-    // Without friction nothing is lost in the contact.
-    EXPECT_EQ(body.dynamics.effect_energies().at(0).dissipated, 0);
 }
 
 TYPED_TEST(Contact, sliding_block_stops_after_its_distance) {
@@ -67,7 +65,8 @@ TYPED_TEST(Contact, sticks_below_the_friction_angle) {
     const double lost = body.dynamics.effect_energies().at(0).dissipated;
     body.dynamics.step(incline(body.time_step, 0.45, 40), 4000);
     EXPECT_NEAR(body.mean(body.displacements())[0], before, sizeof(TypeParam) == 4 ? 1e-6 : 1e-12);
-    EXPECT_NEAR(body.dynamics.effect_energies().at(0).dissipated, lost, 1e-9 * lost);
+    EXPECT_NEAR(body.dynamics.effect_energies().at(0).dissipated, lost,
+                sizeof(TypeParam) == 4 ? 1e-5 * lost : 1e-9 * lost);
     EXPECT_NEAR(body.dynamics.obstacle_readings().at(0).force[0], -body.mass() * incline(1, 0.45, 0).acceleration[0],
                 1e-4 * body.mass() * 10);
 }
@@ -83,7 +82,8 @@ TYPED_TEST(Contact, slides_above_the_friction_angle) {
     EXPECT_NEAR(body.mean(body.velocities())[0], acceleration * time, 0.02 * acceleration * time);
 }
 
-TYPED_TEST(Contact, an_impact_keeps_energy_and_turns_momentum) {
+/// An impact takes the motion of the layer of nodes that touches: half of one of four cells.
+TYPED_TEST(Contact, an_impact_books_its_energy_and_turns_momentum) {
     for (const double speed : {0.5, 10.0}) { // the material's wave speed is some 35 m/s
         TouchingBody<TypeParam> body(Lattice::box(3, 4, 3, kEdge), {floor_at(-0.01)});
         body.set_velocity({0, -speed, 0});
@@ -95,10 +95,13 @@ TYPED_TEST(Contact, an_impact_keeps_energy_and_turns_momentum) {
             impulse += step.time_step * body.dynamics.obstacle_readings().at(0).force[1];
             body.dynamics.step(step);
             ASSERT_LT(++steps, 20000);
-        } while (!(body.mean(body.displacements())[1] > 0));
+        } while (!(body.mean(body.displacements())[1] > 0) || body.dynamics.obstacle_readings().at(0).nodes > 0);
         const Vector after = body.mean(body.velocities());
         EXPECT_NEAR(body.mass() * (after[1] + speed), impulse, 1e-4 * impulse);
-        EXPECT_NEAR(body.energy(), energy, 0.01 * energy) << speed;
+        const double lost = body.dynamics.effect_energies().at(0).dissipated;
+        EXPECT_NEAR(body.energy() + lost, energy, 0.01 * energy) << speed;
+        EXPECT_GT(lost, 0);
+        EXPECT_LT(lost, 0.14 * energy) << speed;
         EXPECT_GT(after[1], 0.5 * speed);
         EXPECT_LE(after[1], speed);
         EXPECT_EQ(body.dynamics.obstacle_readings().at(0).nodes, 0u);
@@ -116,6 +119,36 @@ TYPED_TEST(Contact, a_fast_body_never_passes_a_plane) {
     }
     EXPECT_LT(body.dynamics.obstacle_readings().at(0).greatest_depth, kEdge);
     EXPECT_GT(body.mean(body.velocities())[1], 0);
+}
+
+/// Many cells a step, through what is much thinner than that: the way is looked at, not only its end.
+TYPED_TEST(Contact, nothing_passes_a_thin_obstacle_between_two_steps) {
+    const auto below = [](ObstacleShape shape, const Vector& velocity) {
+        return Obstacle{.shape = shape, .pose = {.position = {0.2, -2.03, 0.2}, .velocity = velocity}};
+    };
+    const double speed = 500; // five cells a step
+    const BoxShape plate{{3, kEdge, 3}};
+    const SphereShape ball{1.5 * kEdge};
+    for (const bool body_flies : {true, false}) {
+        for (const ObstacleShape& shape : {ObstacleShape(plate), ObstacleShape(ball)}) {
+            SCOPED_TRACE(std::to_string(shape.index()) + (body_flies ? " hit" : " hits"));
+            TouchingBody<TypeParam> body(Lattice::box(3, 3, 3, kEdge), {below(shape, {0, body_flies ? 0 : speed, 0})});
+            ASSERT_GT(speed * body.time_step, 3 * kEdge);
+            if (body_flies) {
+                body.set_velocity({0, -speed, 0});
+            }
+            const long steps = std::lround(2.5 / speed / body.time_step);
+            body.dynamics.step({body.time_step}, steps);
+            EXPECT_GT(body.dynamics.obstacle_readings().at(0).greatest_depth, 0);
+            if (shape.index() == 2) { // the plate: no node of the surface has come out below
+                const std::vector<TypeParam> u = body.displacements();
+                const double middle = -2.03 + (body_flies ? 0 : speed * static_cast<double>(steps) * body.time_step);
+                for (const SurfaceNode& n : surface_nodes(body.lattice)) {
+                    ASSERT_GT(n.rest_position[1] + static_cast<double>(u[3 * n.node + 1]), middle) << n.node;
+                }
+            }
+        }
+    }
 }
 
 /// A body far from the floor gains speed far beyond its material's waves, and must not pass the floor unseen: it moves
@@ -185,10 +218,32 @@ TYPED_TEST(Contact, a_moving_plate_does_its_work) {
     EXPECT_EQ(body.dynamics.obstacle_readings().at(0).nodes, 0u);
     const double momentum = body.mass() * body.mean(body.velocities())[1];
     EXPECT_GT(momentum, 1.5 * body.mass() * speed);
-    EXPECT_NEAR(body.energy(), speed * momentum, 0.01 * speed * momentum);
+    EXPECT_NEAR(body.energy() + body.dynamics.effect_energies().at(0).dissipated, speed * momentum,
+                0.01 * speed * momentum);
 }
 
-// Friction begins with the first step in the obstacle: by the way along the surface since the step before.
+/// An elastic cube slides as a rigid one, on every mesh, and stays where that would: its nodes must not flutter. It is
+/// let settle first, for one that is let go unloaded sticks until the shear wave is back, and gains some speed by that.
+TYPED_TEST(Contact, an_elastic_cube_slides_as_a_rigid_one) {
+    const double friction = 0.5, sticking = std::tan(25 * M_PI / 180), sliding = std::tan(30 * M_PI / 180);
+    for (const int cells : {4, 8}) {
+        SCOPED_TRACE(cells);
+        TouchingBody<TypeParam> body(Lattice::box(cells, cells, cells, 0.1 / cells), {floor_at(0, friction)});
+        const double step = 1.4 * body.time_step; // a scene's own
+        const auto go_on = [&](double slope, double damping, double seconds) {
+            body.dynamics.step(incline(step, slope, damping), std::lround(seconds / step));
+            return body.mean(body.displacements())[0];
+        };
+        go_on(sticking, 100, 0.1);
+        const double settled = go_on(sticking, 0, 0.1), stuck = go_on(sticking, 0, 0.5);
+        EXPECT_NEAR(stuck, settled, 2e-5);
+        const double seconds = 1, acceleration = 10 * std::cos(std::atan(sliding)) * (sliding - friction);
+        const double way = go_on(sliding, 0, seconds) - stuck, rigid = acceleration * seconds * seconds / 2;
+        EXPECT_NEAR(way, rigid, 0.03 * rigid);
+    }
+}
+
+// Friction begins with the first step in the obstacle.
 TYPED_TEST(Contact, the_step_into_an_obstacle_drags_already) {
     const double stiffness = stiffness_of(0.01), friction = 0.5;
     for (const double sideways : {0.1, 10.0}) { // holds, and slips
