@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace hybmss {
@@ -29,6 +30,17 @@ Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
 // Springs that stiffen are stiffer where they are strained: the step is chosen for strains up to this.
 constexpr double kStrainInReach = 0.5;
 
+/// Implicit steps may be of any length: they are the longest up to the one wanted with which outputs land on their
+/// times.
+double up_to_outputs(const Scene& scene, double step) {
+    const double every = scene.output.every.value_or(scene.solver.duration);
+    if (scene.solver.method != SolverMethod::backward_euler || every >= scene.solver.duration) {
+        return step;
+    }
+    const double steps = std::ceil(every / step * (1 - 1e-12));
+    return std::abs(steps * step - every) <= 1e-12 * every ? step : every / steps;
+}
+
 /// A given step is held against the critical one at rest, for a motion may well be small.
 double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) {
     if (scene.solver.method == SolverMethod::static_equilibrium) {
@@ -39,7 +51,7 @@ double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) 
     const double stiffening = largest_stiffening(scene.material.stiffening, kStrainInReach);
     const double followed = explicit_in_time ? frequencies.critical_time_step(scene.damping.stiffness, stiffening)
                                              : kImplicitTimeSteps * frequencies.critical_time_step();
-    const double step = scene.solver.time_step.value_or(kTimeStepFraction * followed);
+    const double step = up_to_outputs(scene, scene.solver.time_step.value_or(kTimeStepFraction * followed));
     if (explicit_in_time && step > critical) {
         throw scene_error(scene, "solver.time_step",
                           printed("above the stable time step; it must be above 0 and at most %.6g s (method = "
@@ -52,6 +64,14 @@ double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) 
             printed("%.3g steps of %.6g s; at most 1e15 steps are allowed", scene.solver.duration / step, step));
     }
     return step;
+}
+
+/// The last step of backward Euler, where it is cut to end at the duration.
+long step_to_cut(const Scene& scene, double step) {
+    const double steps = std::ceil(scene.solver.duration / step * (1 - 1e-12));
+    const bool cut = scene.solver.method == SolverMethod::backward_euler &&
+                     std::abs(steps * step - scene.solver.duration) > 1e-12 * scene.solver.duration;
+    return cut ? static_cast<long>(steps) : std::numeric_limits<long>::max();
 }
 
 void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
@@ -136,7 +156,8 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
       obstacles(scene, frequencies.critical_time_step()),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
       critical_time_step(frequencies.critical_time_step(scene.damping.stiffness)),
-      time_step(choose_time_step(scene, frequencies)), schedule(scene.cuts, time_step) {
+      time_step(choose_time_step(scene, frequencies)), cut_step(step_to_cut(scene, time_step)),
+      schedule(scene.cuts, time_step) {
     check_cuts(scene, dynamics);
     obstacles.set_time_step(time_step);
     apply_damping();
@@ -353,11 +374,11 @@ double Simulation::Implementation::estimated_seconds() const {
 }
 
 std::string Simulation::Implementation::implicit_step() {
-    const double end = static_cast<double>(steps + 1) * time_step;
+    const double end = time_after(steps + 1), length = steps + 1 == cut_step ? end - time() : time_step;
     const std::span<const PrescribedNode> held = supports.at(end);
     const Loading loading{{held.begin(), held.end()}, loads, scene.gravity.acceleration};
     const EquilibriumResult result =
-        on_implicit([&](auto& d) { return d.step(loading, time_step, scene.damping.mass, equilibrium_options()); });
+        on_implicit([&](auto& d) { return d.step(loading, length, scene.damping.mass, equilibrium_options()); });
     add_work(result);
     if (result.status == EquilibriumStatus::converged) {
         ++steps;

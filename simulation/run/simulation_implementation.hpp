@@ -36,6 +36,7 @@ struct Simulation::Implementation {
     AnyDynamics dynamics;
     double critical_time_step; ///< s: with the damping of the springs too
     double time_step;          ///< 0 where there is no time
+    long cut_step;             ///< the one that is cut to end at the duration; the greatest number: none
     long steps = 0;
     double load_fraction = 0;   ///< static: the part of the loading that the state is at
     double solved_residual = 0; ///< static: of the state
@@ -64,7 +65,10 @@ struct Simulation::Implementation {
     Implementation(Scene given, const SimulationOptions& wanted);
 
     bool is_static() const { return scene.solver.method == SolverMethod::static_equilibrium; }
-    double time_after(long step) const { return static_cast<double>(step) * time_step; }
+    double time_after(long step) const {
+        return step < cut_step ? static_cast<double>(step) * time_step
+                               : scene.solver.duration + static_cast<double>(step - cut_step) * time_step;
+    }
     double time() const { return is_static() ? load_fraction : time_after(steps); }
     /// How much of gravity and loads is there.
     double loaded_part() const { return is_static() ? load_fraction : 1; }

@@ -271,7 +271,44 @@ TEST(BackwardEuler, free_fall) {
     Simulation simulation(parse_scene(text, "s.toml"));
     simulation.step(3);
     for (const auto& v : simulation.velocities()) {
-        EXPECT_NEAR(v[1], -10 * simulation.time(), 1e-6);
+        EXPECT_NEAR(v[1], -10 * simulation.time(), 1e-6 * simulation.time());
+    }
+}
+
+/// A run ends at its duration and writes at its outputs' times, whatever the step that is asked for.
+TEST(BackwardEuler, steps_are_cut_at_outputs_and_at_the_end) {
+    for (const double asked : {0.0, 0.03, 0.25, 10.0}) { // 0: its own
+        for (const double every : {0.1, 0.4, 0.0}) {     // 0: no outputs on the way
+            SCOPED_TRACE(std::to_string(asked) + " and " + std::to_string(every));
+            std::string text = test::small_scene("[[fix]]", "[[fix]]");
+            text.replace(text.find("symplectic-euler"), 16, "backward-euler");
+            Scene scene = parse_scene(text, "s.toml");
+            scene.solver.duration = 1;
+            scene.solver.tolerance.reset();
+            scene.solver.time_step.reset();
+            scene.output.every.reset();
+            if (asked > 0) {
+                scene.solver.time_step = asked;
+            }
+            if (every > 0) {
+                scene.output.every = every;
+            }
+            Simulation simulation(scene);
+            std::vector<double> times;
+            RunCallbacks callbacks;
+            callbacks.output = [&] { times.push_back(simulation.time()); };
+            const Summary summary = simulation.run(callbacks);
+            EXPECT_EQ(summary.failure, "");
+            EXPECT_NEAR(summary.time, 1, 1e-12);
+            EXPECT_LE(summary.time_step, asked > 0 ? asked : 1e9);
+            for (std::size_t o = 0; o + 1 < times.size(); ++o) {
+                EXPECT_NEAR(times[o], static_cast<double>(o) * every, 1e-12);
+            }
+            EXPECT_EQ(times.size(), every == 0.1 ? 11u : every > 0 ? 4u : 2u);
+            // A program may go on: by whole steps.
+            simulation.step(1);
+            EXPECT_NEAR(simulation.time(), 1 + summary.time_step, 1e-12);
+        }
     }
 }
 
