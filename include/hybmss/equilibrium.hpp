@@ -72,8 +72,8 @@ struct EquilibriumOptions {
     PreconditionerKind preconditioner = PreconditionerKind::automatic;
     /// At the end, look for a direction in which the energy curves downwards (conjugate gradients for random forces),
     /// and where there is one go on to a lower minimum. A symmetric solve may otherwise end at a saddle: no force
-    /// points away from it. Costs about a Newton iteration. Slender lattices do so by themselves where such a direction
-    /// was met on the way.
+    /// points away from it. Costs about a Newton iteration. Slender lattices that are "banded" do so by themselves
+    /// where such a direction was met on the way.
     bool leave_saddles = false;
     /// Called at every iteration of Newton's method and of conjugate gradients; false stops the solve. May be empty.
     std::function<bool(const EquilibriumProgress&)> progress;

@@ -12,6 +12,9 @@ constexpr double kCut = 0.25, kGrow = 2;
 /// Newton iterations a step: more are a sign to take shorter ones, if that is possible.
 constexpr int kPatience = 40;
 
+/// Residuals from which on rounding alone does not tell why a solve ended.
+constexpr double kNearBalance = 0.01;
+
 /// The end of a load step.
 struct Attempt {
     EquilibriumStatus status = EquilibriumStatus::converged;
@@ -30,7 +33,8 @@ std::string failure(const Attempt& attempt, double tolerance) {
         text << ": an energy or a force became infinite or NaN";
         break;
     case EquilibriumStatus::no_descent:
-        text << ": rounding hides what is left to gain";
+        text << (attempt.residual < kNearBalance ? ": rounding hides what is left to gain"
+                                                 : ": no step was found that lowers the energy, far from balance");
         break;
     case EquilibriumStatus::inverted:
         text << ": beyond this load only states with cells turned inside out were found";
@@ -134,7 +138,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
         const bool shortest = kCut * step < options.smallest_load_step;
         // Turned sections do not go on along a straight line.
         const Turning<T>* const turning = potential.turning();
-        const bool slender = turning != nullptr && turning->slender();
+        const bool direct = turning != nullptr && turning->slender() && plain == nullptr;
         if (last_step > 0 && turning == nullptr) {
             const T factor = static_cast<T>((target - last.fraction) / last_step);
             space_->for_each([factor](const T& now, const T& before, T& q) { q = now + factor * (now - before); },
@@ -161,7 +165,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
         }
         const Saddles saddles = target < 1              ? Saddles::stay
                                 : options.leave_saddles ? Saddles::left
-                                : slender               ? Saddles::suspected
+                                : direct                ? Saddles::suspected
                                                         : Saddles::stay;
         const MinimiserResult found = settle(potential, preconditioner, plain, state, limits, saddles, result);
         ++result.load_steps;

@@ -22,8 +22,8 @@ public:
                              const EquilibriumOptions& options);
 
 private:
-    /// What to do about saddles. A slender body's solves end so soon that no direction but theirs is looked at: where
-    /// one curved downwards on the way, there may be another at the end.
+    /// What to do about saddles. Solves with a slender lattice's factors end so soon that no direction but theirs is
+    /// looked at: where one curved downwards on the way, there may be another at the end.
     enum class Saddles { stay, suspected, left };
     /// Goes to a minimum from the state, and from saddles on to others. Adds to the work done.
     MinimiserResult settle(Potential<T>& potential, Preconditioner<T>& preconditioner, Preconditioner<T>* plain,
