@@ -18,7 +18,8 @@ enum class Volume { none, quadratic, mean_stretch };
 using hybmss::Accuracy;
 
 /// What a lattice layer does with a vector of nodes whose force is complete: leave it in `partial`, or integrate in
-/// place without or with damping and gravity.
+/// place without or with damping and gravity. Asked anew for each vector: a branch that is always foretold right, where
+/// a function for each answer would triple what there is to compile.
 enum class Finish { store, integrate, integrate_driven };
 
 /// Which vector a spring contributes to a sweep's sums, at end b; the opposite at end a. With p = p_b - p_a, d = x_b -
@@ -84,6 +85,7 @@ struct LatticeLayer {
     T* partial[3];  ///< forces on the lower plane, from the layer below and this one
     T* above[3];    ///< forces on the upper plane, from this layer; set, not added to
     T volume_ratio; ///< kappa h^2 / (32 k_c h): the volume force's constant by the cube diagonal's
+    Finish finish;
     StepConstants<T> step;
     const VectorNeighbors* neighbors; ///< active-rows: one a vector of the lower plane but its first
     std::ptrdiff_t upper_lanes;       ///< active-rows

@@ -31,7 +31,6 @@ using Accuracies = Axis<Accuracy::fast, Accuracy::accurate, Accuracy::exact>;
 using Volumes = Axis<Volume::none, Volume::quadratic, Volume::mean_stretch>;
 /// Of kernels that are there for the volume alone.
 using VolumeEnergies = Axis<Volume::quadratic, Volume::mean_stretch>;
-using Finishes = Axis<Finish::store, Finish::integrate, Finish::integrate_driven>;
 using Laws = Axis<SpringLaw::elastic, SpringLaw::damping, SpringLaw::stiffening, SpringLaw::stiffening_tangent>;
 /// Those that have a block.
 using BlockLaws = Axis<SpringLaw::elastic, SpringLaw::damping, SpringLaw::stiffening_tangent>;

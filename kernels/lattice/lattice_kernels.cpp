@@ -6,10 +6,10 @@ namespace hybmss::kernels {
 namespace {
 
 /// Finishes a plane of nodes whose force is the sum of `partial` and `above` (two slabs meet there).
-template <Finish finish, class V>
+template <class V>
 void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
     for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-        finish_nodes<finish>(layer, n, load_force<V>(layer.partial, n) + load_force<V>(layer.above, n));
+        finish_nodes(layer, n, load_force<V>(layer.partial, n) + load_force<V>(layer.above, n));
     }
 }
 

@@ -103,13 +103,18 @@ HYBMSS_INLINE void integrate_nodes(T* const (&displacement)[3], T* const (&veloc
     }
 }
 
-template <Finish finish, class V, class T>
+template <class V, class T>
 HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, const Vector3<V>& force) {
-    if constexpr (finish == Finish::store) {
+    switch (layer.finish) {
+    case Finish::store:
         store_force(layer.partial, n, force);
-    } else {
-        integrate_nodes<finish == Finish::integrate_driven>(layer.displacement, layer.velocity, layer.inverse_mass,
-                                                            layer.step, n, force);
+        break;
+    case Finish::integrate:
+        integrate_nodes<false>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n, force);
+        break;
+    case Finish::integrate_driven:
+        integrate_nodes<true>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n, force);
+        break;
     }
 }
 
@@ -123,7 +128,7 @@ HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, 
 /// spilled.
 ///
 /// The upper rows are written before the lower ones are read: with rows shorter than a vector they overlap.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, bool sets_above, class V>
+template <bool face_diagonals, Volume volume, Accuracy accuracy, bool sets_above, class V>
 HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
     const V zero = splat<V>(0);
     // Corners 4 to 7 get the opposite of 3 to 0: their forces are held, and merged, with the sign reversed.
@@ -197,11 +202,11 @@ HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellR
         second_springs(cell, tension);
         last_springs(cell, tension);
     }
-    finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f[1], carry.low));
+    finish_nodes(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f[1], carry.low));
 }
 
 /// The same for nodes of the last row, beyond which there are no cells: springs within the side, which lies in x and z.
-template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+template <bool face_diagonals, Accuracy accuracy, class V>
 HYBMSS_INLINE void sweep_last_row(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
     using T = Scalar<V>;
     const V zero = splat<V>(0);
@@ -231,11 +236,11 @@ HYBMSS_INLINE void sweep_last_row(const LatticeLayer<Scalar<V>>& layer, const Ce
         pull<0, 1>(f0, u, tension);
         f1 = Vector3<V>{zero, zero, zero} - spring_force<0, 1>(u, tension);
     }
-    finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
+    finish_nodes(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
 }
 
 /// The same for nodes of the topmost plane, above which there are no cells: springs within the plane.
-template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+template <bool face_diagonals, Accuracy accuracy, class V>
 HYBMSS_INLINE void sweep_top(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
     using T = Scalar<V>;
     const V zero = splat<V>(0);
@@ -257,7 +262,7 @@ HYBMSS_INLINE void sweep_top(const LatticeLayer<Scalar<V>>& layer, const CellRow
         push<1, 2>(f2, u, tension);
     }
     store_force(layer.partial, at.low_y, load_force<V>(layer.partial, at.low_y) + f2 + next_column(f3, carry.low_y));
-    finish_nodes<finish>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
+    finish_nodes(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
 }
 
 /// The energy of a vector of cells and of the springs that start at its nodes; with `top` of the topmost plane's
@@ -298,7 +303,7 @@ HYBMSS_INLINE CellRows rows_at(const Layer& layer, std::ptrdiff_t n) {
 ///
 /// A node is used only by cells at or before it, so the nodes of a vector are finished, and may be integrated in place,
 /// as soon as the sweep has passed.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
+template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
 void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
     const V zero = splat<V>(0);
     for (std::ptrdiff_t n = 0; n < layer.row; n += kWidth<V>) {
@@ -311,20 +316,20 @@ void lattice_layer(const LatticeLayer<Scalar<V>>& layer) {
     auto carry = no_carry<V>();
     std::ptrdiff_t n = 0;
     for (; n < layer.cell_lanes; n += kWidth<V>) {
-        sweep_cells<face_diagonals, volume, accuracy, finish, true, V>(layer, rows_at(layer, n), carry);
+        sweep_cells<face_diagonals, volume, accuracy, true, V>(layer, rows_at(layer, n), carry);
     }
     // In the last row cells are void, and so are the springs across it.
     for (; n < layer.lanes; n += kWidth<V>) {
-        sweep_last_row<face_diagonals, accuracy, finish, V>(layer, rows_at(layer, n), carry);
+        sweep_last_row<face_diagonals, accuracy, V>(layer, rows_at(layer, n), carry);
     }
 }
 
 /// The topmost node plane, above which there are no cells; `above` is not touched.
-template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+template <bool face_diagonals, Accuracy accuracy, class V>
 void lattice_top(const LatticeLayer<Scalar<V>>& layer) {
     auto carry = no_carry<V>();
     for (std::ptrdiff_t n = 0; n < layer.lanes; n += kWidth<V>) {
-        sweep_top<face_diagonals, accuracy, finish, V>(layer, rows_at(layer, n), carry);
+        sweep_top<face_diagonals, accuracy, V>(layer, rows_at(layer, n), carry);
     }
 }
 
@@ -361,7 +366,7 @@ HYBMSS_INLINE CellRows listed_rows(const Layer& layer, std::ptrdiff_t n) {
 ///
 /// The forces that leave a vector at its end reach the next one in the list. Where that is no neighbour, the last cell
 /// is void: a filled one has nodes in both.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, Finish finish, class V>
+template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
 void active_layer(const LatticeLayer<Scalar<V>>& layer) {
     const V zero = splat<V>(0);
     for (std::ptrdiff_t n = 0; n < layer.upper_lanes; n += kWidth<V>) {
@@ -369,16 +374,16 @@ void active_layer(const LatticeLayer<Scalar<V>>& layer) {
     }
     auto carry = no_carry<V>();
     for (std::ptrdiff_t n = kWidth<V>; n < layer.lanes; n += kWidth<V>) {
-        sweep_cells<face_diagonals, volume, accuracy, finish, false, V>(layer, listed_rows<V>(layer, n), carry);
+        sweep_cells<face_diagonals, volume, accuracy, false, V>(layer, listed_rows<V>(layer, n), carry);
     }
 }
 
 /// The topmost node plane, above which there are no cells; `above` is not touched.
-template <bool face_diagonals, Accuracy accuracy, Finish finish, class V>
+template <bool face_diagonals, Accuracy accuracy, class V>
 void active_top(const LatticeLayer<Scalar<V>>& layer) {
     auto carry = no_carry<V>();
     for (std::ptrdiff_t n = kWidth<V>; n < layer.lanes; n += kWidth<V>) {
-        sweep_top<face_diagonals, accuracy, finish, V>(layer, listed_rows<V>(layer, n), carry);
+        sweep_top<face_diagonals, accuracy, V>(layer, listed_rows<V>(layer, n), carry);
     }
 }
 

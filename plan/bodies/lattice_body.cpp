@@ -143,7 +143,8 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
             point_to(layer.above, own + 3 * ((k + 1 - first) % 2));
         }
         const bool joined = k == first && !lowest;
-        layers(face_diagonals_, volume_, accuracy_, joined ? Finish::store : finish)(layer);
+        layer.finish = joined ? Finish::store : finish;
+        layers(face_diagonals_, volume_, accuracy_)(layer);
         if (joined && meetings.second_at(slab - 1)) {
             join(state, slab - 1, finish, step);
         }
@@ -154,7 +155,8 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
         layer = next;
     }
     if (highest) {
-        tops(face_diagonals_, accuracy_, finish)(layer);
+        layer.finish = finish;
+        tops(face_diagonals_, accuracy_)(layer);
     } else if (meetings.second_at(slab)) {
         join(state, slab, finish, step);
     }
@@ -170,7 +172,8 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
         point_to(layer.partial, state.buffers.data() + 6 * join);
     }
     point_to(layer.above, state.buffers.data() + 6 * join + 3);
-    table_->lattice_join(finish)(layer);
+    layer.finish = finish;
+    table_->lattice_join()(layer);
 }
 
 template <class T>
