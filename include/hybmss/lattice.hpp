@@ -27,6 +27,9 @@ struct SpringCounts {
 /// are those of them that touch a cell, numbered in the same order. A box has all of them.
 class HYBMSS_EXPORT Lattice {
 public:
+    /// Grid nodes that can be numbered.
+    static constexpr double kMostNodes = 1e9;
+
     /// A full box. Throws std::invalid_argument unless all counts are >= 1 and cell_size is in [1e-9, 1e9] m.
     static Lattice box(int nx, int ny, int nz, double cell_size);
 

@@ -20,7 +20,7 @@ void check_shape(const std::array<int, 3>& cells, double cell_size) {
     }
     // Node numbers are 32 bits wide, and sums of their strides must fit too.
     const double nodes = (cells[0] + 1.0) * (cells[1] + 1.0) * (cells[2] + 1.0);
-    if (nodes > 1e9) {
+    if (nodes > Lattice::kMostNodes) {
         throw std::invalid_argument("cells make " + std::to_string(nodes) + " grid nodes: at most 1e9 are allowed");
     }
     // Its cube must leave masses and volumes finite in float.

@@ -17,7 +17,6 @@ constexpr double kGreatestGrowth = 4, kLeastGrowth = 1.25; ///< of the cells acr
 /// Part of the wish that the mesh is chosen for; estimates err.
 constexpr double kMeshShare = 0.7;
 constexpr double kFloatIsEnough = 1e-3;
-constexpr double kMostNodes = 1e9; ///< what a lattice can number
 constexpr int kMostMeshes = 8;
 
 /// What a node may be left unbalanced by: far less than the wish, for many of them add up; in float not less than
@@ -134,7 +133,7 @@ public:
         for (const std::int64_t n : offer.cells) {
             nodes *= static_cast<double>(n) + 1;
         }
-        offer.fits = nodes <= kMostNodes && offer.bytes <= available_bytes();
+        offer.fits = nodes <= Lattice::kMostNodes && offer.bytes <= available_bytes();
         // A digit in double takes about as long as two in float.
         offer.seconds = expected_seconds(multiple) * (offer.precision == report_.precision    ? 1
                                                       : offer.precision == Precision::float64 ? 2
@@ -159,9 +158,9 @@ public:
         const double nodes = static_cast<double>(body.cells[0] + 1) * static_cast<double>(body.cells[1] + 1) *
                              static_cast<double>(body.cells[2] + 1);
         const double bytes = estimated_bytes(body, options), available = available_bytes();
-        if (bytes > available || nodes > kMostNodes) {
+        if (bytes > available || nodes > Lattice::kMostNodes) {
             // estimate_.error is that of the last mesh; the finest that fits has some 1/3 power of the room more.
-            const double room = std::cbrt(std::min(available / bytes, kMostNodes / nodes)) *
+            const double room = std::cbrt(std::min(available / bytes, Lattice::kMostNodes / nodes)) *
                                 static_cast<double>(multiple) / static_cast<double>(multiples_.back());
             throw scene_error(scene_, "solver.accuracy",
                               printed("it needs about %lld x %lld x %lld cells (%.3g GB; %.3g GB are free); about %.2g "

@@ -1,5 +1,6 @@
 #include "simulation/geometry/voxel_grid.hpp"
 
+#include "hybmss/lattice.hpp"
 #include "layouts/messages.hpp"
 #include "layouts/read_file.hpp"
 
@@ -12,8 +13,6 @@
 
 namespace hybmss {
 namespace {
-
-constexpr double kMostNodes = 1e9; // what Lattice can number
 
 /// The four bytes as a float; in a file they may stand in either order.
 float float_at(const char* bytes, bool big_endian) {
@@ -38,7 +37,7 @@ std::size_t sample_bytes(const std::array<std::int64_t, 3>& cells, const SampleF
         positive = positive && n >= 1;
         nodes *= static_cast<double>(n) + 1;
     }
-    if (!positive || nodes > kMostNodes) {
+    if (!positive || nodes > Lattice::kMostNodes) {
         throw std::runtime_error("its grid is " + grid_text(cells) +
                                  "; each count must be at least 1, and the nodes at most 1e9");
     }

@@ -83,14 +83,13 @@ double estimated_bytes(const SceneBody& body, const SimulationOptions& options) 
 }
 
 void check_size(const Scene& scene, const SimulationOptions& options, double available) {
-    constexpr double kMostNodes = 1e9; // what Lattice can number
     const double bytes = estimated_bytes(scene.body, options);
     if (bytes > available) {
         throw scene_error(scene, body_key(scene.body),
                           "these cells need about " + gigabytes(bytes) + " of memory; this machine has " +
                               gigabytes(available) + " available");
     }
-    if (grid_nodes(scene.body) > kMostNodes) {
+    if (grid_nodes(scene.body) > Lattice::kMostNodes) {
         throw scene_error(scene, body_key(scene.body), "these cells make more than the 1e9 nodes that are allowed");
     }
 }

@@ -44,6 +44,10 @@ struct VectorFormat {
         return {SceneValue::Array{{v[0]}, {v[1]}, {v[2]}}};
     }
 };
+template <>
+std::array<double, 3> VectorFormat<double>::read(const Given& given);
+template <>
+std::array<std::int64_t, 3> VectorFormat<std::int64_t>::read(const Given& given);
 struct BoxFormat {
     static constexpr std::string_view kType = "2 x 3 numbers";
     static BoxRegion read(const Given& given);
