@@ -1,6 +1,7 @@
 #include "plan/bodies/body.hpp"
 
 #include "layouts/interleaved.hpp"
+#include "plan/bodies/plan_description.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +13,9 @@
 #include <type_traits>
 
 namespace hybmss {
+
+using kernels::SpringLaw;
+
 namespace {
 
 // What a pass between a caller's memory and the body's does with neighbouring nodes: component by component, where both
@@ -114,6 +118,119 @@ std::size_t State<T>::bytes() const {
 }
 
 template <class T>
+Body<T>::Body(const PlanOptions& options, std::size_t nodes, kernels::Volume volume, const FrequencyBounds& frequencies,
+              const SpringStiffening& stiffening)
+    : workers_(useful_threads(options, nodes), options.task_runner), name_(options.layout),
+      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), volume_(volume), accuracy_(options.accuracy),
+      frequencies_(frequencies),
+      stiffens_(stiffening.any()), stiffening_{static_cast<T>(stiffening.quadratic), static_cast<T>(stiffening.cubic)} {
+}
+
+template <class T>
+State<T> Body<T>::state_of(std::size_t arrays, std::size_t size, bool moving) {
+    State<T> state;
+    for (std::size_t a = 0; a < arrays; ++a) {
+        state.displacement[a] = AlignedArray<T>(size);
+        if (moving) {
+            state.velocity[a] = AlignedArray<T>(size);
+        }
+    }
+    return state;
+}
+
+template <class T>
+State<T> Body<T>::make_state(bool moving) const {
+    State<T> state = linear_state(moving);
+    if (stiffens_) {
+        allocate_like(state.displacement, state.stiffening);
+    }
+    return state;
+}
+
+template <class T>
+std::vector<Stage> Body<T>::force_stages(State<T>& state) const {
+    std::vector<Stage> stages = linear_force_stages(state);
+    if (stiffens_) {
+        append(spring_stages(state, {SpringLaw::stiffening, stiffening_}, nullptr, state.stiffening), stages);
+        stages.push_back(move_into_stage(state.force, state.stiffening, array_count<T>(state.stiffening), T(-1)));
+    }
+    return stages;
+}
+
+template <class T>
+PotentialEnergy Body<T>::energy(State<T>& state) const {
+    PotentialEnergy energy = linear_energy(state);
+    if (stiffens_) {
+        energy.springs += stiffening_energy(state, stiffening_);
+    }
+    return energy;
+}
+
+template <class T>
+void Body<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+    linear_product(state, direction, product);
+    if (stiffens_) {
+        std::vector<Stage> stages =
+            spring_stages(state, {SpringLaw::stiffening_tangent, stiffening_}, &direction, state.stiffening);
+        stages.push_back(move_into_stage(product, state.stiffening, array_count<T>(product), T(1)));
+        workers_.run(stages, 1);
+    }
+}
+
+template <class T>
+void Body<T>::linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+    clear_like(state.displacement, product);
+    workers_.run(spring_stages(state, {SpringLaw::elastic}, &direction, product), 1);
+}
+
+template <class T>
+void Body<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
+    spring_diagonal(state, {SpringLaw::elastic}, blocks);
+    if (stiffens_) {
+        AlignedArray<T> more[6];
+        spring_diagonal(state, {SpringLaw::stiffening_tangent, stiffening_}, more);
+        const Stage stage = move_into_stage(blocks, more, 6, T(1));
+        workers_.run({&stage, 1}, 1);
+    }
+}
+
+template <class T>
+std::vector<Stage> Body<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
+    std::vector<Stage> stages;
+    if (stiffens_) {
+        stages = spring_stages(state, {SpringLaw::stiffening, stiffening_}, nullptr, state.stiffening);
+        add_kick_stages(state.velocity, state.stiffening, parameters.time_step, nullptr, stages);
+    }
+    append(linear_step_stages(state, parameters), stages);
+    return stages;
+}
+
+template <class T>
+PlanDescription Body<T>::describe() const {
+    PlanDescription d;
+    describe_layout(d);
+    d.kernel += stiffens_ ? " + stiffening springs" : "";
+    d.instruction_set = table_->instruction_set;
+    d.layout = name_;
+    d.precision = precision_name<T>();
+    d.threads = workers_.threads();
+    d.nodes = node_count();
+    return d;
+}
+
+template <class T>
+kernels::DiagonalBlocks<T> Body<T>::cleared_blocks(std::size_t size, const SpringPass<T>& pass,
+                                                   AlignedArray<T> (&blocks)[6]) {
+    kernels::DiagonalBlocks<T> sums{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        clear(size, blocks[e]);
+        sums.entry[e] = blocks[e].data();
+    }
+    sums.stiffening = pass.stiffening;
+    return sums;
+}
+
+template <class T>
 void Body<T>::check(const VectorField<const T>& in) const {
     check_view(in, node_count());
 }
@@ -202,14 +319,14 @@ template <class T>
 void Body<T>::write(VectorField<const T> in, double factor, NodeField<T>& field) const {
     check(in);
     const Stage stage = write_stage(in, factor, field);
-    workers_->run({&stage, 1}, 1);
+    workers_.run({&stage, 1}, 1);
 }
 
 template <class T>
 void Body<T>::read(const NodeField<T>& field, double factor, VectorField<T> out) const {
     check(out);
     const Stage stage = move_stage(out, field, Read<T>{static_cast<T>(factor)});
-    workers_->run({&stage, 1}, 1);
+    workers_.run({&stage, 1}, 1);
 }
 
 template <class T>
@@ -269,12 +386,6 @@ void Body<T>::clear_like(const NodeField<T>& like, NodeField<T>& field) {
 }
 
 template <class T>
-void Body<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
-    clear_like(state.displacement, product);
-    workers_->run(spring_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
-}
-
-template <class T>
 double Body<T>::kinetic_energy(const State<T>& state) const {
     const std::span<const double> mass = masses();
     double sum = 0;
@@ -314,7 +425,7 @@ bool Body<T>::finite(const NodeField<T>& field) const {
                 all.store(false, std::memory_order_relaxed);
             }
         });
-    workers_->run({&stage, 1}, 1);
+    workers_.run({&stage, 1}, 1);
     return all;
 }
 

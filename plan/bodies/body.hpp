@@ -10,6 +10,7 @@
 
 #include <array>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -75,6 +76,10 @@ struct CutNode {
 };
 
 /// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable but for cuts.
+///
+/// Where its springs stiffen, each pass over it has another one beside it, over the springs alone, for what their
+/// energy has beyond 1/2 k (|d| - l)^2. In a step that force kicks the velocities before the sweep, as a StepEffect
+/// does. A layout knows the linear passes alone.
 template <class T>
 class Body {
 public:
@@ -90,33 +95,31 @@ public:
     virtual std::size_t index_of(std::size_t node) const = 0;
     /// m by which displacements are divided inside.
     virtual double length_unit() const = 0;
-    virtual const FrequencyBounds& frequencies() const = 0;
-    double critical_time_step() const { return frequencies().critical_time_step(); }
-    virtual PlanDescription describe() const = 0;
+    const FrequencyBounds& frequencies() const { return frequencies_; }
+    double critical_time_step() const { return frequencies_.critical_time_step(); }
+    PlanDescription describe() const;
 
     /// Stiffnesses and masses at the nodes become those of `cut`, which has lost `removed` cells, all at these nodes.
     /// In time proportional to the nodes named. Only for layouts that can be cut (layout_table.hpp). Nodes keep their
     /// numbers and places; one without any cell has no mass. Nothing may run on the body meanwhile.
     virtual void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed);
 
-    virtual State<T> make_state(bool moving) const = 0;
+    State<T> make_state(bool moving) const;
     /// What sets state.force, however often it is run. The state must outlive the stages, and its arrays stay where
     /// they are.
-    virtual std::vector<Stage> force_stages(State<T>& state) const = 0;
+    std::vector<Stage> force_stages(State<T>& state) const;
     /// Sets state.force.
-    void compute_forces(State<T>& state) const { workers_->run(force_stages(state), 1); }
-    virtual PotentialEnergy energy(State<T>& state) const = 0;
+    void compute_forces(State<T>& state) const { workers_.run(force_stages(state), 1); }
+    PotentialEnergy energy(State<T>& state) const;
     /// product = K p in N, where K = d^2 W / du^2 (N/m) at state.displacement and p is `direction`, in the body's
     /// length unit like displacements. What lies between and behind the nodes in `direction` must be zero, and is zero
     /// in `product`, so that sums over whole arrays are sums over the nodes. Makes `product`'s arrays where they are
     /// empty; it must not be `direction`.
-    virtual void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
     /// The symmetric 3x3 blocks on K's diagonal, of the operator that hessian_product applies: in N per length unit of
     /// the body. Sets blocks[e][index of the node] for the entries e = xx, yy, zz, xy, xz, yz; zero between and behind
     /// the nodes. Makes the arrays where they are empty.
-    virtual void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
-        spring_diagonal(state, {kernels::SpringLaw::elastic}, blocks);
-    }
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const;
     /// Adds to `product` what the law makes of `direction` (see kernels::SpringLaw; null for `stiffening`): in N by the
     /// unit of the direction per length unit of the body. `product` must have the size of the displacements and be
     /// zero. The fields must outlive the stages.
@@ -128,13 +131,13 @@ public:
     virtual double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const = 0;
     /// 1 / (m length unit), by places as in a component of a node field, or packed with a zero as the fourth.
     virtual const AlignedArray<T>& inverse_masses() const = 0;
-    virtual const kernels::KernelTable<T>& kernel_table() const = 0;
+    const kernels::KernelTable<T>& kernel_table() const { return *table_; }
     /// velocity -= time_step * product / m, product = 0. Where `taken` is not null, *taken += the kinetic
     /// energy (J) that this takes out. The fields must outlive the stages.
     void add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, double time_step, double* taken,
                          std::vector<Stage>& stages) const;
     /// One step by the body's own forces, gravity and damping. The state must outlive the stages.
-    virtual std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const = 0;
+    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const;
 
     /// Throw std::invalid_argument unless it is a field of the body's nodes: with addresses, a stride other than 0, and
     /// where it is written to, three components that share no memory.
@@ -153,7 +156,7 @@ public:
     double kinetic_energy(const State<T>& state) const;
     /// Whether all of a field is, what lies between the nodes too.
     bool finite(const NodeField<T>& field) const;
-    const Workers& workers() const { return *workers_; }
+    const Workers& workers() const { return workers_; }
     /// Makes the arrays of `field` as long as those of `like`, and zero, where they are not.
     static void allocate_like(const NodeField<T>& like, NodeField<T>& field);
     /// Makes every array zero, as long as those of `like`, or of `size` entries.
@@ -165,12 +168,35 @@ public:
     Stage move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) const;
 
 protected:
-    explicit Body(Workers workers) : workers_(std::make_shared<const Workers>(std::move(workers))) {}
-    /// With the workers of another body, which this one is made around.
-    explicit Body(std::shared_ptr<const Workers> workers) : workers_(std::move(workers)) {}
-    static std::shared_ptr<const Workers> workers_of(const Body& body) { return body.workers_; }
+    /// `nodes`: by which useful_threads() counts. `stiffening`: valid.
+    Body(const PlanOptions& options, std::size_t nodes, kernels::Volume volume, const FrequencyBounds& frequencies,
+         const SpringStiffening& stiffening);
+
+    kernels::Volume volume() const { return volume_; }
+    Accuracy accuracy() const { return accuracy_; }
+
+    /// Displacements, and velocities where it moves, in so many arrays of `size` entries.
+    static State<T> state_of(std::size_t arrays, std::size_t size, bool moving);
+    /// The blocks for spring_diagonal(), zero and of `size` entries, as kernels take them.
+    static kernels::DiagonalBlocks<T> cleared_blocks(std::size_t size, const SpringPass<T>& pass,
+                                                     AlignedArray<T> (&blocks)[6]);
+    /// The sum of piece(i) for i < count: side by side, and added in this order.
+    template <class Piece>
+    double sum_of(std::size_t count, const Piece& piece) const {
+        std::vector<double> parts(count);
+        workers_.run(count, [&](std::size_t i, std::size_t) { parts[i] = piece(i); });
+        return std::accumulate(parts.begin(), parts.end(), 0.0);
+    }
 
 private:
+    virtual State<T> linear_state(bool moving) const = 0;
+    virtual std::vector<Stage> linear_force_stages(State<T>& state) const = 0;
+    virtual PotentialEnergy linear_energy(State<T>& state) const = 0;
+    virtual void linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
+    virtual std::vector<Stage> linear_step_stages(State<T>& state, const StepParameters& parameters) const = 0;
+    /// Sets the kernel, the counts of springs, cells and tiles, and the layout's bytes.
+    virtual void describe_layout(PlanDescription& description) const = 0;
+
     /// move(caller's component, body's component) for all nodes and components. `outer`: a view that is looked at when
     /// the stage runs.
     template <class Outer, class Field, class Move>
@@ -179,7 +205,14 @@ private:
     void move_nodes(std::size_t begin, std::size_t end, const VectorField<Outer>& outer,
                     const Component<Inner> (&inner)[3], const Move& move) const;
 
-    std::shared_ptr<const Workers> workers_;
+    Workers workers_;
+    std::string name_; ///< of the layout
+    const kernels::KernelTable<T>* table_;
+    kernels::Volume volume_;
+    Accuracy accuracy_;
+    FrequencyBounds frequencies_;
+    bool stiffens_;
+    kernels::StiffeningConstants<T> stiffening_;
 };
 
 extern template class Body<float>;

@@ -54,25 +54,17 @@ void point_to(T* (&pointers)[3], AlignedArray<T>* arrays) {
 template <class T>
 LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
                             LatticeRows rows)
-    : Body<T>(Workers(useful_threads(options, lattice.grid_node_count()), options.task_runner)), name_(options.layout),
-      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
-      layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, table_->width)
+    : Body<T>(options, lattice.grid_node_count(), kernel_volume(material), lattice_frequencies(lattice, material),
+              material.stiffening),
+      layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, this->kernel_table().width)
                                           : flat_rows<T>(lattice, material)),
       material_(material), active_(rows == LatticeRows::active), face_diagonals_(material.face_diagonal_ratio > 0),
-      volume_(kernel_volume(resolved_volume_energy(material))), accuracy_(options.accuracy),
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.one_tile)),
-      frequencies_(lattice_frequencies(lattice, material)), springs_(lattice.merged_springs(face_diagonals_).total()),
-      cells_(lattice.cell_count()) {}
+      springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
 
 template <class T>
-State<T> LatticeBody<T>::make_state(bool moving) const {
-    State<T> state;
-    for (std::size_t c = 0; c < 3; ++c) {
-        state.displacement[c] = AlignedArray<T>(layout_.size());
-        if (moving) {
-            state.velocity[c] = AlignedArray<T>(layout_.size());
-        }
-    }
+State<T> LatticeBody<T>::linear_state(bool moving) const {
+    State<T> state = this->state_of(3, layout_.size(), moving);
     // Three components each: the upper and the lower sum at every join, and two planes a worker that take turns.
     const std::size_t joins = slabs() - 1;
     const std::size_t count = 6 * joins + 6 * static_cast<std::size_t>(this->workers().threads());
@@ -119,8 +111,9 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     const bool lowest = slab == 0, highest = slab + 1 == slabs();
     AlignedArray<T>* const joins = state.buffers.data();
     AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
-    const auto& layers = active_ ? table_->active_layer : table_->lattice_layer;
-    const auto& tops = active_ ? table_->active_top : table_->lattice_top;
+    const auto& table = this->kernel_table();
+    const auto& layers = active_ ? table.active_layer : table.lattice_layer;
+    const auto& tops = active_ ? table.active_top : table.lattice_top;
 
     Layer layer = layer_at(state, first);
     layer.step = step;
@@ -144,7 +137,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
         }
         const bool joined = k == first && !lowest;
         layer.finish = joined ? Finish::store : finish;
-        layers(face_diagonals_, volume_, accuracy_)(layer);
+        layers(face_diagonals_, this->volume(), this->accuracy())(layer);
         if (joined && meetings.second_at(slab - 1)) {
             join(state, slab - 1, finish, step);
         }
@@ -156,7 +149,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     }
     if (highest) {
         layer.finish = finish;
-        tops(face_diagonals_, accuracy_)(layer);
+        tops(face_diagonals_, this->accuracy())(layer);
     } else if (meetings.second_at(slab)) {
         join(state, slab, finish, step);
     }
@@ -173,7 +166,7 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
     }
     point_to(layer.above, state.buffers.data() + 6 * join + 3);
     layer.finish = finish;
-    table_->lattice_join()(layer);
+    this->kernel_table().lattice_join()(layer);
 }
 
 template <class T>
@@ -185,24 +178,16 @@ std::vector<Stage> LatticeBody<T>::sweep(State<T>& state, Finish finish, const S
 }
 
 template <class T>
-void LatticeBody<T>::allocate_forces(State<T>& state) const {
-    for (auto& force : state.force) {
-        if (force.size() == 0) {
-            force = AlignedArray<T>(layout_.size());
-        }
-    }
-}
-
-template <class T>
-std::vector<Stage> LatticeBody<T>::force_stages(State<T>& state) const {
-    allocate_forces(state);
+std::vector<Stage> LatticeBody<T>::linear_force_stages(State<T>& state) const {
+    this->allocate_like(state.displacement, state.force);
     return sweep(state, Finish::store, {});
 }
 
 template <class T>
-PotentialEnergy LatticeBody<T>::energy(State<T>& state) const {
-    const auto energy = (active_ ? table_->active_energy : table_->lattice_energy)(face_diagonals_, volume_);
-    const auto top = (active_ ? table_->active_top_energy : table_->lattice_top_energy)(face_diagonals_);
+PotentialEnergy LatticeBody<T>::linear_energy(State<T>& state) const {
+    const auto& table = this->kernel_table();
+    const auto energy = (active_ ? table.active_energy : table.lattice_energy)(face_diagonals_, this->volume());
+    const auto top = (active_ ? table.active_top_energy : table.lattice_top_energy)(face_diagonals_);
     std::vector<kernels::LayerEnergy> layers(layout_.planes);
     this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
         layers[k] = (k + 1 == layout_.planes ? top : energy)(layer_at(state, k));
@@ -226,7 +211,7 @@ StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& para
 }
 
 template <class T>
-std::vector<Stage> LatticeBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
+std::vector<Stage> LatticeBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
     const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
     return sweep(state, finish, constants_along_axes(parameters));
 }
@@ -261,19 +246,13 @@ void LatticeBody<T>::take_over(const Lattice& cut, std::span<const CutNode> node
 }
 
 template <class T>
-PlanDescription LatticeBody<T>::describe() const {
-    PlanDescription d;
-    d.instruction_set = table_->instruction_set;
-    d.layout = name_;
-    d.kernel = (active_ ? "active_layer" : "lattice_layer") + kernel_variant(face_diagonals_, volume_, accuracy_);
-    d.precision = precision_name<T>();
-    d.threads = this->workers().threads();
-    d.nodes = layout_.masses.size();
+void LatticeBody<T>::describe_layout(PlanDescription& d) const {
+    d.kernel = (active_ ? "active_layer" : "lattice_layer") +
+               lattice_variant(face_diagonals_, this->volume(), this->accuracy());
     d.springs = springs_;
     d.cells = cells_;
     d.bytes = layout_.bytes();
     d.tiles = slabs();
-    return d;
 }
 
 template class LatticeBody<float>;

@@ -28,28 +28,26 @@ public:
     std::span<const NodeRun> runs() const override { return layout_.runs; }
     std::size_t index_of(std::size_t node) const override { return index_in(layout_.runs, node); }
     double length_unit() const override { return layout_.cell_size; }
-    const FrequencyBounds& frequencies() const override { return frequencies_; }
-    PlanDescription describe() const override;
     void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed) override;
 
-    State<T> make_state(bool moving) const override;
-    std::vector<Stage> force_stages(State<T>& state) const override;
-    PotentialEnergy energy(State<T>& state) const override;
-    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
     std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
     double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
-    const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
-    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
     using Layer = kernels::LatticeLayer<T>;
 
+    State<T> linear_state(bool moving) const override;
+    std::vector<Stage> linear_force_stages(State<T>& state) const override;
+    PotentialEnergy linear_energy(State<T>& state) const override;
+    void linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    std::vector<Stage> linear_step_stages(State<T>& state, const StepParameters& parameters) const override;
+    void describe_layout(PlanDescription& description) const override;
+
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
-    void allocate_forces(State<T>& state) const;
     kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
     /// Springs whose first node, or whose cell's low corner, lies at `index`.
     std::size_t springs_from(std::size_t index) const;
@@ -70,16 +68,11 @@ private:
     std::vector<Stage> hessian_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                       const std::array<T*, components>& sums) const;
 
-    std::string name_; ///< of the layout
-    const kernels::KernelTable<T>* table_;
     LatticeArrays<T> layout_;
     Material material_;
     bool active_; ///< in active-rows
     bool face_diagonals_;
-    kernels::Volume volume_;
-    Accuracy accuracy_;
     std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
-    FrequencyBounds frequencies_;
     std::size_t springs_, cells_;
 };
 

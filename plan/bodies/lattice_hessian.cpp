@@ -75,8 +75,8 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringP
             layer.above[c] = state.buffers[6 * join + c].data();
         }
     };
-    const auto kernels =
-        sweep_kernels<components>(*table_, face_diagonals_, {pass.law, pass.cells(volume_)}, accuracy_);
+    const auto kernels = sweep_kernels<components>(this->kernel_table(), face_diagonals_,
+                                                   {pass.law, pass.cells(this->volume())}, this->accuracy());
     const auto join = [=, this](std::size_t j) {
         auto layer = layer_at(slab_begin_[j + 1]);
         use_join_buffer(layer, j);
@@ -108,7 +108,7 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringP
 }
 
 template <class T>
-void LatticeBody<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+void LatticeBody<T>::linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
     this->allocate_like(state.displacement, product);
     this->workers().run(spring_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
 }
@@ -136,23 +136,17 @@ void LatticeBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
 
 template <class T>
 double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const {
-    const auto energy = table_->lattice_stiffening_energy(face_diagonals_);
-    const auto top = table_->lattice_top_stiffening_energy(face_diagonals_);
-    std::vector<double> layers(layout_.planes);
-    this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
+    const auto energy = this->kernel_table().lattice_stiffening_energy(face_diagonals_);
+    const auto top = this->kernel_table().lattice_top_stiffening_energy(face_diagonals_);
+    return layout_.cell_size * this->sum_of(layout_.planes, [&](std::size_t k) {
         kernels::LatticeHessianLayer<T, 3> layer = hessian_layer<3>(state, k, nullptr);
         layer.stiffening = constants;
-        layers[k] = (k + 1 == layout_.planes ? top : energy)(layer);
+        return (k + 1 == layout_.planes ? top : energy)(layer);
     });
-    double sum = 0;
-    for (double layer : layers) {
-        sum += layer;
-    }
-    return sum * layout_.cell_size;
 }
 
 #define HYBMSS_INSTANTIATE(T)                                                                                          \
-    template void LatticeBody<T>::hessian_product(State<T>&, const NodeField<T>&, NodeField<T>&) const;                \
+    template void LatticeBody<T>::linear_product(State<T>&, const NodeField<T>&, NodeField<T>&) const;                 \
     template std::vector<Stage> LatticeBody<T>::spring_stages(State<T>&, const SpringPass<T>&, const NodeField<T>*,    \
                                                               NodeField<T>&) const;                                    \
     template void LatticeBody<T>::spring_diagonal(State<T>&, const SpringPass<T>&, AlignedArray<T>(&)[6]) const;       \

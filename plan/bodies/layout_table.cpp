@@ -5,7 +5,6 @@
 #include "plan/bodies/lattice_body.hpp"
 #include "plan/bodies/network_body.hpp"
 #include "plan/bodies/packed_network_body.hpp"
-#include "plan/bodies/stiffened_body.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -127,15 +126,10 @@ bool is_sparse(double cells, double grid_cells) {
 // ---- bodies
 
 template <class T>
-std::unique_ptr<Body<T>> make(const Layout& layout, const Given& given, const PlanOptions& options,
-                              const SpringStiffening& stiffening) {
+std::unique_ptr<Body<T>> make(const Layout& layout, const Given& given, const PlanOptions& options) {
     PlanOptions named = options;
     named.layout = layout.name;
-    std::unique_ptr<Body<T>> body = std::get<Make<T>>(layout.make)(given, named);
-    if (!stiffening.any()) {
-        return body;
-    }
-    return std::make_unique<StiffenedBody<T>>(std::move(body), stiffening);
+    return std::get<Make<T>>(layout.make)(given, named);
 }
 
 } // namespace
@@ -185,10 +179,10 @@ std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& mater
     validate(material);
     const Layout& layout = lattice_layout(options.layout.empty() ? estimated_layout(lattice) : options.layout);
     if (!layout.of_networks) {
-        return make<T>(layout, {&lattice, &material, nullptr}, options, material.stiffening);
+        return make<T>(layout, {&lattice, &material, nullptr}, options);
     }
     const Network network = Network::from_lattice(lattice, material);
-    return make<T>(layout, {nullptr, nullptr, &network}, options, material.stiffening);
+    return make<T>(layout, {nullptr, nullptr, &network}, options);
 }
 
 template <class T>
@@ -198,7 +192,7 @@ std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& op
     if (!layout || !layout->of_networks || options.layout == kNetwork) {
         refuse_layout(options.layout, network_layouts());
     }
-    return make<T>(*layout, {nullptr, nullptr, &network}, options, network.stiffening);
+    return make<T>(*layout, {nullptr, nullptr, &network}, options);
 }
 
 template std::unique_ptr<Body<float>> make_body(const Lattice&, const Material&, const PlanOptions&);

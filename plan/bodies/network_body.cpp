@@ -30,22 +30,12 @@ void append_colors(const std::vector<std::size_t>& color_begin, const Visit& vis
 
 template <class T>
 NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(useful_threads(options, network.masses.size()), options.task_runner)), name_(options.layout),
-      layout_(network), run_{0, 0, layout_.node_count},
-      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))),
-      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
-      accuracy_(options.accuracy), frequencies_(network_frequencies(network)) {}
+    : Body<T>(options, network.masses.size(), kernel_volume(network), network_frequencies(network), network.stiffening),
+      layout_(network), run_{0, 0, layout_.node_count} {}
 
 template <class T>
-State<T> NetworkBody<T>::make_state(bool moving) const {
-    State<T> state;
-    for (std::size_t c = 0; c < 3; ++c) {
-        state.displacement[c] = AlignedArray<T>(layout_.size());
-        if (moving) {
-            state.velocity[c] = AlignedArray<T>(layout_.size());
-        }
-    }
-    return state;
+State<T> NetworkBody<T>::linear_state(bool moving) const {
+    return this->state_of(3, layout_.size(), moving);
 }
 
 template <class T>
@@ -89,16 +79,10 @@ template <class T>
 template <class Visit>
 double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) const {
     constexpr std::size_t kPiece = 128 * kPadding;
-    std::vector<double> sums((size + kPiece - 1) / kPiece);
-    this->workers().run(sums.size(), [&](std::size_t i, std::size_t) {
-        sums[i] = visit(static_cast<std::ptrdiff_t>(i * kPiece),
-                        static_cast<std::ptrdiff_t>(std::min((i + 1) * kPiece, size)));
+    return this->sum_of((size + kPiece - 1) / kPiece, [&](std::size_t i) {
+        return visit(static_cast<std::ptrdiff_t>(i * kPiece),
+                     static_cast<std::ptrdiff_t>(std::min((i + 1) * kPiece, size)));
     });
-    double sum = 0;
-    for (double s : sums) {
-        sum += s;
-    }
-    return sum;
 }
 
 template <class T>
@@ -106,11 +90,10 @@ std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& node
     std::vector<Stage> stages;
     append_colors(
         layout_.springs.color_begin,
-        [kernel = table_->soa_springs(accuracy_), springs = spring_arrays(), nodes](auto begin, auto end) {
-            kernel(springs, nodes, begin, end);
-        },
+        [kernel = this->kernel_table().soa_springs(this->accuracy()), springs = spring_arrays(),
+         nodes](auto begin, auto end) { kernel(springs, nodes, begin, end); },
         stages);
-    if (const auto kernel = table_->soa_cells(volume_)) {
+    if (const auto kernel = this->kernel_table().soa_cells(this->volume())) {
         append_colors(
             layout_.cells.color_begin,
             [kernel, cells = cell_arrays(), nodes](auto begin, auto end) { kernel(cells, nodes, begin, end); }, stages);
@@ -119,7 +102,7 @@ std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& node
 }
 
 template <class T>
-std::vector<Stage> NetworkBody<T>::force_stages(State<T>& state) const {
+std::vector<Stage> NetworkBody<T>::linear_force_stages(State<T>& state) const {
     this->allocate_like(state.displacement, state.force);
     std::vector<Stage> stages = accumulate(node_arrays(state));
     stages.insert(stages.begin(), this->clear_stage(state.force));
@@ -127,18 +110,18 @@ std::vector<Stage> NetworkBody<T>::force_stages(State<T>& state) const {
 }
 
 template <class T>
-PotentialEnergy NetworkBody<T>::energy(State<T>& state) const {
+PotentialEnergy NetworkBody<T>::linear_energy(State<T>& state) const {
     const auto nodes = node_arrays(state);
     const auto springs = spring_arrays();
     PotentialEnergy energy;
     energy.springs = sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return table_->soa_spring_energy()(springs, nodes, begin, end);
+        return this->kernel_table().soa_spring_energy()(springs, nodes, begin, end);
     });
-    if (volume_ != kernels::Volume::none) {
+    if (this->volume() != kernels::Volume::none) {
         const auto cells = cell_arrays();
         energy.volume =
             sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                return table_->soa_cell_energy(volume_)(cells, nodes, begin, end);
+                return this->kernel_table().soa_cell_energy(this->volume())(cells, nodes, begin, end);
             });
     }
     return energy;
@@ -165,10 +148,10 @@ std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPa
     std::vector<Stage> stages;
     append_colors(
         layout_.springs.color_begin,
-        [spring_product = table_->soa_spring_product(pass.law, accuracy_), springs = spring_arrays(),
-         nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
+        [spring_product = this->kernel_table().soa_spring_product(pass.law, this->accuracy()),
+         springs = spring_arrays(), nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
         stages);
-    if (const auto cell_product = table_->soa_cell_product(pass.cells(volume_))) {
+    if (const auto cell_product = this->kernel_table().soa_cell_product(pass.cells(this->volume()))) {
         append_colors(
             layout_.cells.color_begin,
             [cell_product, cells = cell_arrays(), nodes](auto begin, auto end) {
@@ -182,19 +165,15 @@ std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPa
 template <class T>
 void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     const auto nodes = hessian_arrays(state);
-    kernels::DiagonalBlocks<T> sums{};
-    for (std::size_t e = 0; e < 6; ++e) {
-        this->clear(layout_.size(), blocks[e]);
-        sums.entry[e] = blocks[e].data();
-    }
-    sums.stiffening = pass.stiffening;
+    const kernels::DiagonalBlocks<T> sums = this->cleared_blocks(layout_.size(), pass, blocks);
     std::vector<Stage> stages;
     append_colors(
         layout_.springs.color_begin,
-        [spring_diagonal = table_->soa_spring_diagonal(pass.law, accuracy_), springs = spring_arrays(), nodes,
+        [spring_diagonal = this->kernel_table().soa_spring_diagonal(pass.law, this->accuracy()),
+         springs = spring_arrays(), nodes,
          sums](auto begin, auto end) { spring_diagonal(springs, nodes, sums, begin, end); },
         stages);
-    if (const auto cell_diagonal = table_->soa_cell_diagonal(pass.cells(volume_))) {
+    if (const auto cell_diagonal = this->kernel_table().soa_cell_diagonal(pass.cells(this->volume()))) {
         append_colors(
             layout_.cells.color_begin,
             [cell_diagonal, cells = cell_arrays(), nodes, sums](auto begin, auto end) {
@@ -211,12 +190,12 @@ double NetworkBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
     nodes.stiffening = constants;
     const auto springs = spring_arrays();
     return sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return table_->soa_stiffening_energy()(springs, nodes, begin, end);
+        return this->kernel_table().soa_stiffening_energy()(springs, nodes, begin, end);
     });
 }
 
 template <class T>
-std::vector<Stage> NetworkBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
+std::vector<Stage> NetworkBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
     const bool driven = is_driven(parameters);
     // The integrating kernel leaves the forces zero for the next step.
@@ -224,30 +203,18 @@ std::vector<Stage> NetworkBody<T>::step_stages(State<T>& state, const StepParame
     const auto nodes = node_arrays(state);
     std::vector<Stage> stages = accumulate(nodes);
     stages.push_back(in_pieces(0, layout_.size(),
-                               [integrate = table_->soa_integrate(driven), constants, nodes](auto begin, auto end) {
-                                   integrate(nodes, constants, begin, end);
-                               }));
+                               [integrate = this->kernel_table().soa_integrate(driven), constants,
+                                nodes](auto begin, auto end) { integrate(nodes, constants, begin, end); }));
     return stages;
 }
 
 template <class T>
-PlanDescription NetworkBody<T>::describe() const {
-    PlanDescription d;
-    d.instruction_set = table_->instruction_set;
-    d.layout = name_;
-    d.kernel = std::string("network_springs<") + std::string(name(accuracy_)) + ">";
-    if (volume_ != kernels::Volume::none) {
-        d.kernel += std::string(" + network_cells<") +
-                    (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
-    }
-    d.precision = precision_name<T>();
-    d.threads = this->workers().threads();
-    d.nodes = layout_.node_count;
+void NetworkBody<T>::describe_layout(PlanDescription& d) const {
+    d.kernel = network_kernels("network", this->volume(), this->accuracy());
     d.springs = layout_.spring_count;
     d.cells = layout_.cell_count;
     d.bytes = layout_.bytes();
     d.tiles = layout_.springs.color_begin.size() + layout_.cells.color_begin.size() - 2;
-    return d;
 }
 
 template class NetworkBody<float>;

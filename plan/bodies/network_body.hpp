@@ -18,21 +18,19 @@ public:
     std::span<const NodeRun> runs() const override { return {&run_, 1}; }
     std::size_t index_of(std::size_t node) const override { return node; }
     double length_unit() const override { return 1; }
-    const FrequencyBounds& frequencies() const override { return frequencies_; }
-    PlanDescription describe() const override;
-
-    State<T> make_state(bool moving) const override;
-    std::vector<Stage> force_stages(State<T>& state) const override;
-    PotentialEnergy energy(State<T>& state) const override;
     std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
     double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
-    const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
-    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
+    State<T> linear_state(bool moving) const override;
+    std::vector<Stage> linear_force_stages(State<T>& state) const override;
+    PotentialEnergy linear_energy(State<T>& state) const override;
+    std::vector<Stage> linear_step_stages(State<T>& state, const StepParameters& parameters) const override;
+    void describe_layout(PlanDescription& description) const override;
+
     kernels::NetworkSprings<T> spring_arrays() const;
     kernels::NetworkCells<T> cell_arrays() const;
     kernels::NodeArrays<T> node_arrays(State<T>& state) const;
@@ -43,13 +41,8 @@ private:
     template <class Visit>
     double sum_over_pieces(std::size_t size, const Visit& visit) const;
 
-    std::string name_; ///< of the layout
     ColoredSoa<T> layout_;
     NodeRun run_;
-    const kernels::KernelTable<T>* table_;
-    kernels::Volume volume_;
-    Accuracy accuracy_;
-    FrequencyBounds frequencies_;
 };
 
 extern template class NetworkBody<float>;

@@ -40,20 +40,12 @@ double sum_over_pieces(std::size_t begin, std::size_t end, const Energy& energy)
 
 template <class T>
 PackedNetworkBody<T>::PackedNetworkBody(const Network& network, const PlanOptions& options)
-    : Body<T>(Workers(useful_threads(options, network.masses.size()), options.task_runner)), name_(options.layout),
-      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), accuracy_(options.accuracy),
-      volume_(network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy)),
-      layout_(network, table_->width, options.one_tile), run_{0, 0, layout_.node_count},
-      frequencies_(network_frequencies(network)) {}
+    : Body<T>(options, network.masses.size(), kernel_volume(network), network_frequencies(network), network.stiffening),
+      layout_(network, this->kernel_table().width, options.one_tile), run_{0, 0, layout_.node_count} {}
 
 template <class T>
-State<T> PackedNetworkBody<T>::make_state(bool moving) const {
-    State<T> state;
-    state.displacement[0] = AlignedArray<T>(4 * layout_.size());
-    if (moving) {
-        state.velocity[0] = AlignedArray<T>(4 * layout_.size());
-    }
-    return state;
+State<T> PackedNetworkBody<T>::linear_state(bool moving) const {
+    return this->state_of(1, 4 * layout_.size(), moving);
 }
 
 template <class T>
@@ -72,12 +64,14 @@ kernels::CellRuns<T> PackedNetworkBody<T>::cell_runs() const {
 
 template <class T>
 void PackedNetworkBody<T>::add_forces(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const {
-    table_->run_springs(accuracy_)(spring_runs(), nodes, at(tile.spring_run_begin), at(tile.spring_run_end));
-    if (const auto cells = table_->run_cells(volume_)) {
+    this->kernel_table().run_springs(this->accuracy())(spring_runs(), nodes, at(tile.spring_run_begin),
+                                                       at(tile.spring_run_end));
+    if (const auto cells = this->kernel_table().run_cells(this->volume())) {
         cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
-    table_->packed_springs(accuracy_)(layout_.springs.data(), nodes, at(tile.spring_begin), at(tile.spring_end));
-    if (const auto cells = table_->packed_cells(volume_)) {
+    this->kernel_table().packed_springs(this->accuracy())(layout_.springs.data(), nodes, at(tile.spring_begin),
+                                                          at(tile.spring_end));
+    if (const auto cells = this->kernel_table().packed_cells(this->volume())) {
         cells(layout_.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
     }
 }
@@ -86,16 +80,16 @@ template <class T>
 PotentialEnergy PackedNetworkBody<T>::energy(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const {
     PotentialEnergy energy;
     energy.springs = sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
-        return table_->packed_spring_energy()(layout_.springs.data(), nodes, begin, end);
+        return this->kernel_table().packed_spring_energy()(layout_.springs.data(), nodes, begin, end);
     });
-    energy.springs +=
-        table_->run_spring_energy()(spring_runs(), nodes, at(tile.spring_run_begin), at(tile.spring_run_end));
-    if (const auto cells = table_->packed_cell_energy(volume_)) {
+    energy.springs += this->kernel_table().run_spring_energy()(spring_runs(), nodes, at(tile.spring_run_begin),
+                                                               at(tile.spring_run_end));
+    if (const auto cells = this->kernel_table().packed_cell_energy(this->volume())) {
         energy.volume = sum_over_pieces(tile.cell_begin, tile.cell_end, [&](auto begin, auto end) {
             return cells(layout_.cells.data(), nodes, begin, end);
         });
     }
-    if (const auto cells = table_->run_cell_energy(volume_)) {
+    if (const auto cells = this->kernel_table().run_cell_energy(this->volume())) {
         energy.volume += cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
     return energy;
@@ -104,24 +98,24 @@ PotentialEnergy PackedNetworkBody<T>::energy(const NetworkTile& tile, const kern
 template <class T>
 double PackedNetworkBody<T>::stiffening_energy(const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const {
     const double runs = sum_over_pieces(tile.spring_run_begin, tile.spring_run_end, [&](auto begin, auto end) {
-        return table_->run_stiffening_energy()(spring_runs(), nodes, begin, end);
+        return this->kernel_table().run_stiffening_energy()(spring_runs(), nodes, begin, end);
     });
     return runs + sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
-               return table_->packed_stiffening_energy()(layout_.springs.data(), nodes, begin, end);
+               return this->kernel_table().packed_stiffening_energy()(layout_.springs.data(), nodes, begin, end);
            });
 }
 
 template <class T>
 void PackedNetworkBody<T>::add_products(const SpringPass<T>& pass, const NetworkTile& tile,
                                         const kernels::PackedHessian<T>& nodes) const {
-    table_->run_spring_product(pass.law, accuracy_)(spring_runs(), nodes, at(tile.spring_run_begin),
-                                                    at(tile.spring_run_end));
-    if (const auto cells = table_->run_cell_product(pass.cells(volume_))) {
+    this->kernel_table().run_spring_product(pass.law, this->accuracy())(spring_runs(), nodes, at(tile.spring_run_begin),
+                                                                        at(tile.spring_run_end));
+    if (const auto cells = this->kernel_table().run_cell_product(pass.cells(this->volume()))) {
         cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
-    table_->packed_spring_product(pass.law, accuracy_)(layout_.springs.data(), nodes, at(tile.spring_begin),
-                                                       at(tile.spring_end));
-    if (const auto cells = table_->packed_cell_product(pass.cells(volume_))) {
+    this->kernel_table().packed_spring_product(pass.law, this->accuracy())(layout_.springs.data(), nodes,
+                                                                           at(tile.spring_begin), at(tile.spring_end));
+    if (const auto cells = this->kernel_table().packed_cell_product(pass.cells(this->volume()))) {
         cells(layout_.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
     }
 }
@@ -129,14 +123,14 @@ void PackedNetworkBody<T>::add_products(const SpringPass<T>& pass, const Network
 template <class T>
 void PackedNetworkBody<T>::add_diagonals(const SpringPass<T>& pass, const NetworkTile& tile, const T* displacement,
                                          const kernels::DiagonalBlocks<T>& sums) const {
-    table_->run_spring_diagonal(pass.law, accuracy_)(spring_runs(), displacement, sums, at(tile.spring_run_begin),
-                                                     at(tile.spring_run_end));
-    if (const auto cells = table_->run_cell_diagonal(pass.cells(volume_))) {
+    this->kernel_table().run_spring_diagonal(pass.law, this->accuracy())(
+        spring_runs(), displacement, sums, at(tile.spring_run_begin), at(tile.spring_run_end));
+    if (const auto cells = this->kernel_table().run_cell_diagonal(pass.cells(this->volume()))) {
         cells(cell_runs(), displacement, sums, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
-    table_->packed_spring_diagonal(pass.law, accuracy_)(layout_.springs.data(), displacement, sums,
-                                                        at(tile.spring_begin), at(tile.spring_end));
-    if (const auto cells = table_->packed_cell_diagonal(pass.cells(volume_))) {
+    this->kernel_table().packed_spring_diagonal(pass.law, this->accuracy())(layout_.springs.data(), displacement, sums,
+                                                                            at(tile.spring_begin), at(tile.spring_end));
+    if (const auto cells = this->kernel_table().packed_cell_diagonal(pass.cells(this->volume()))) {
         cells(layout_.cells.data(), displacement, sums, at(tile.cell_begin), at(tile.cell_end));
     }
 }
@@ -147,7 +141,7 @@ std::vector<Stage> PackedNetworkBody<T>::accumulate(const kernels::PackedNodes<T
 }
 
 template <class T>
-std::vector<Stage> PackedNetworkBody<T>::force_stages(State<T>& state) const {
+std::vector<Stage> PackedNetworkBody<T>::linear_force_stages(State<T>& state) const {
     this->allocate_like(state.displacement, state.force);
     std::vector<Stage> stages = accumulate(packed_nodes(state));
     stages.insert(stages.begin(), this->clear_stage(state.force));
@@ -155,7 +149,7 @@ std::vector<Stage> PackedNetworkBody<T>::force_stages(State<T>& state) const {
 }
 
 template <class T>
-PotentialEnergy PackedNetworkBody<T>::energy(State<T>& state) const {
+PotentialEnergy PackedNetworkBody<T>::linear_energy(State<T>& state) const {
     const auto nodes = packed_nodes(state);
     std::vector<PotentialEnergy> energies(layout_.tiles.size());
     this->workers().run(layout_.tiles.size(),
@@ -179,12 +173,7 @@ std::vector<Stage> PackedNetworkBody<T>::spring_stages(State<T>& state, const Sp
 template <class T>
 void PackedNetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
                                            AlignedArray<T> (&blocks)[6]) const {
-    kernels::DiagonalBlocks<T> sums{};
-    for (std::size_t e = 0; e < 6; ++e) {
-        this->clear(layout_.size(), blocks[e]);
-        sums.entry[e] = blocks[e].data();
-    }
-    sums.stiffening = pass.stiffening;
+    const kernels::DiagonalBlocks<T> sums = this->cleared_blocks(layout_.size(), pass, blocks);
     const T* const displacement = state.displacement[0].data();
     const auto stages =
         tile_stages(layout_, [&](const NetworkTile& tile) { add_diagonals(pass, tile, displacement, sums); });
@@ -195,20 +184,14 @@ template <class T>
 double PackedNetworkBody<T>::stiffening_energy(State<T>& state,
                                                const kernels::StiffeningConstants<T>& constants) const {
     const kernels::PackedHessian<T> nodes{state.displacement[0].data(), nullptr, nullptr, constants};
-    std::vector<double> energies(layout_.tiles.size());
-    this->workers().run(layout_.tiles.size(),
-                        [&](std::size_t t, std::size_t) { energies[t] = stiffening_energy(layout_.tiles[t], nodes); });
-    double sum = 0;
-    for (double energy : energies) {
-        sum += energy;
-    }
-    return sum;
+    return this->sum_of(layout_.tiles.size(),
+                        [&](std::size_t t) { return stiffening_energy(layout_.tiles[t], nodes); });
 }
 
 template <class T>
-std::vector<Stage> PackedNetworkBody<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
+std::vector<Stage> PackedNetworkBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
-    const auto integrate = table_->packed_integrate(is_driven(parameters));
+    const auto integrate = this->kernel_table().packed_integrate(is_driven(parameters));
     // The integrating kernel leaves the forces zero for the next step.
     this->clear_like(state.displacement, state.force);
     const auto nodes = packed_nodes(state);
@@ -222,23 +205,12 @@ std::vector<Stage> PackedNetworkBody<T>::step_stages(State<T>& state, const Step
 }
 
 template <class T>
-PlanDescription PackedNetworkBody<T>::describe() const {
-    PlanDescription d;
-    d.instruction_set = table_->instruction_set;
-    d.layout = name_;
-    d.kernel = std::string("packed_springs<") + std::string(name(accuracy_)) + ">";
-    if (volume_ != kernels::Volume::none) {
-        d.kernel += std::string(" + packed_cells<") +
-                    (volume_ == kernels::Volume::quadratic ? "quadratic" : "mean_stretch") + ">";
-    }
-    d.precision = precision_name<T>();
-    d.threads = this->workers().threads();
-    d.nodes = layout_.node_count;
+void PackedNetworkBody<T>::describe_layout(PlanDescription& d) const {
+    d.kernel = network_kernels("packed", this->volume(), this->accuracy());
     d.springs = layout_.spring_count;
     d.cells = layout_.cell_count;
     d.bytes = layout_.bytes();
     d.tiles = layout_.tiles.size();
-    return d;
 }
 
 template class PackedNetworkBody<float>;

@@ -19,21 +19,19 @@ public:
     std::span<const std::uint32_t> order() const override { return layout_.order; }
     std::size_t index_of(std::size_t node) const override { return layout_.place.empty() ? node : layout_.place[node]; }
     double length_unit() const override { return 1; }
-    const FrequencyBounds& frequencies() const override { return frequencies_; }
-    PlanDescription describe() const override;
-
-    State<T> make_state(bool moving) const override;
-    std::vector<Stage> force_stages(State<T>& state) const override;
-    PotentialEnergy energy(State<T>& state) const override;
     std::vector<Stage> spring_stages(State<T>& state, const SpringPass<T>& pass, const NodeField<T>* direction,
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
     double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
-    const kernels::KernelTable<T>& kernel_table() const override { return *table_; }
-    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const override;
 
 private:
+    State<T> linear_state(bool moving) const override;
+    std::vector<Stage> linear_force_stages(State<T>& state) const override;
+    PotentialEnergy linear_energy(State<T>& state) const override;
+    std::vector<Stage> linear_step_stages(State<T>& state, const StepParameters& parameters) const override;
+    void describe_layout(PlanDescription& description) const override;
+
     kernels::SpringRuns<T> spring_runs() const;
     kernels::CellRuns<T> cell_runs() const;
     void add_forces(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const;
@@ -47,13 +45,8 @@ private:
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 
-    std::string name_; ///< of the layout
-    const kernels::KernelTable<T>* table_;
-    Accuracy accuracy_;
-    kernels::Volume volume_;
     PackedXyzw<T> layout_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order
-    FrequencyBounds frequencies_;
 };
 
 extern template class PackedNetworkBody<float>;

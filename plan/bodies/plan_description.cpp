@@ -7,7 +7,11 @@
 #include <stdexcept>
 
 namespace hybmss {
+namespace {
 
+constexpr const char* kVolumes[] = {"no volume", "quadratic", "mean_stretch"};
+
+/// `energy` resolved, not automatic.
 kernels::Volume kernel_volume(VolumeEnergy energy) {
     switch (energy) {
     case VolumeEnergy::quadratic:
@@ -21,8 +25,24 @@ kernels::Volume kernel_volume(VolumeEnergy energy) {
     return kernels::Volume::none;
 }
 
-std::string kernel_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy) {
-    constexpr const char* kVolumes[] = {"no volume", "quadratic", "mean_stretch"};
+} // namespace
+
+kernels::Volume kernel_volume(const Material& material) {
+    return kernel_volume(resolved_volume_energy(material));
+}
+kernels::Volume kernel_volume(const Network& network) {
+    return network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy);
+}
+
+std::string network_kernels(const std::string& kind, kernels::Volume volume, Accuracy accuracy) {
+    std::string kernels = kind + "_springs<" + std::string(name(accuracy)) + ">";
+    if (volume != kernels::Volume::none) {
+        kernels += " + " + kind + "_cells<" + kVolumes[static_cast<int>(volume)] + ">";
+    }
+    return kernels;
+}
+
+std::string lattice_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy) {
     return std::string("<") + (face_diagonals ? "face_diagonals" : "no face diagonals") + ", " +
            kVolumes[static_cast<int>(volume)] + ", " + std::string(name(accuracy)) + ">";
 }

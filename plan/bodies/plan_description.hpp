@@ -1,6 +1,7 @@
 #pragma once
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/network.hpp"
 #include "hybmss/plan_options.hpp"
 #include "kernels/arguments.hpp"
 
@@ -9,11 +10,14 @@
 
 namespace hybmss {
 
-/// `energy` resolved, not automatic.
-kernels::Volume kernel_volume(VolumeEnergy energy);
+/// That of a body's cells.
+kernels::Volume kernel_volume(const Material& material);
+kernels::Volume kernel_volume(const Network& network);
 
 /// "<face_diagonals, quadratic, fast>"
-std::string kernel_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy);
+std::string lattice_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy);
+/// "packed_springs<fast> + packed_cells<quadratic>"
+std::string network_kernels(const std::string& kind, kernels::Volume volume, Accuracy accuracy);
 
 template <class T>
 std::string precision_name() {

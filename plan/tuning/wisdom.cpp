@@ -144,14 +144,12 @@ template <class T>
 std::string body_class(const Lattice& lattice, const Material& material) {
     return "lattice " + precision_name<T>() +
            (material.face_diagonal_ratio > 0 ? " face-diagonals" : " no-face-diagonals") +
-           volume_class(kernel_volume(resolved_volume_energy(material))) + size_class(lattice.nodes().size()) +
-           fill_class(lattice);
+           volume_class(kernel_volume(material)) + size_class(lattice.nodes().size()) + fill_class(lattice);
 }
 
 template <class T>
 std::string body_class(const Network& network) {
-    const auto volume = network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy);
-    return "network " + precision_name<T>() + volume_class(volume) + size_class(network.masses.size()) +
+    return "network " + precision_name<T>() + volume_class(kernel_volume(network)) + size_class(network.masses.size()) +
            " numbering:" + (numbered_locally(network) ? "local" : "scattered");
 }
 
