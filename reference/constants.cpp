@@ -12,21 +12,6 @@ double kappa(double young_modulus, double poisson_ratio) {
     return shear_modulus(young_modulus, poisson_ratio) * (4 * poisson_ratio - 1) / (1 - 2 * poisson_ratio);
 }
 
-// (5.4)  E = G (3 kappa + 5 G) / (kappa + 2 G)
-double young_modulus(double shear_modulus, double kappa) {
-    return shear_modulus * (3 * kappa + 5 * shear_modulus) / (kappa + 2 * shear_modulus);
-}
-
-// (5.4)  nu = (kappa + G) / (2 (kappa + 2 G))
-double poisson_ratio(double shear_modulus, double kappa) {
-    return (kappa + shear_modulus) / (2 * (kappa + 2 * shear_modulus));
-}
-
-// (5.5)  K = kappa + 5/3 G
-double bulk_modulus(double shear_modulus, double kappa) {
-    return kappa + 5.0 / 3.0 * shear_modulus;
-}
-
 // (5.12)  k_c = 3 G h / (4 + 3 A)
 double cube_diagonal_stiffness(double shear_modulus, double ratio, double cell_size) {
     return 3 * shear_modulus * cell_size / (4 + 3 * ratio);

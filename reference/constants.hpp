@@ -11,11 +11,6 @@ double shear_modulus(double young_modulus, double poisson_ratio);
 /// kappa = G (4 nu - 1) / (1 - 2 nu), Pa.
 double kappa(double young_modulus, double poisson_ratio);
 
-/// The inverse relations, from G and kappa: (5.4) and (5.5).
-double young_modulus(double shear_modulus, double kappa);
-double poisson_ratio(double shear_modulus, double kappa);
-double bulk_modulus(double shear_modulus, double kappa);
-
 /// (5.12), N/m, in the inside of a lattice of cells with the edge `cell_size`; ratio is A = k_f / k_c.
 double edge_stiffness(double shear_modulus, double ratio, double cell_size);
 double face_diagonal_stiffness(double shear_modulus, double ratio, double cell_size);

@@ -33,6 +33,24 @@ double stiffening_scale(const Body& body, const Spring& s, std::span<const Vecto
     return 1 + 2 * std::abs(body.stiffening.quadratic) * (e + 1) + 3 * body.stiffening.cubic * e * (e + 2);
 }
 
+/// For each node the sum of what springs and cells give to all their nodes alike.
+template <class OfSpring, class OfCell>
+std::vector<double> sums_at_nodes(const Body& body, const OfSpring& of_spring, const OfCell& of_cell) {
+    std::vector<double> sums(body.rest.size(), 0.0);
+    for (const Spring& s : body.springs) {
+        const double given = of_spring(s);
+        sums[index(s.a)] += given;
+        sums[index(s.b)] += given;
+    }
+    for (const Cell& cell : body.cells) {
+        const double given = of_cell(cell);
+        for (int node : cell.nodes) {
+            sums[index(node)] += given;
+        }
+    }
+    return sums;
+}
+
 Corners gather(const Cell& cell, std::span<const Vector3d> u) {
     Corners corners;
     for (std::size_t c = 0; c < 8; ++c) {
@@ -86,20 +104,12 @@ std::vector<Vector3d> damping_forces(const Body& body, double stiffness_damping,
 }
 
 std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {
-    std::vector<double> scale(body.rest.size(), 0.0);
-    for (const Spring& s : body.springs) {
-        const double magnitude =
-            stiffening_scale(body, s, u) * spring_force_scale(s.stiffness, s.rest_vector, relative(s, u));
-        scale[index(s.a)] += magnitude;
-        scale[index(s.b)] += magnitude;
-    }
-    for (const Cell& cell : body.cells) {
-        const double magnitude = cell_force_scale(body.volume_energy, cell, gather(cell, u));
-        for (int node : cell.nodes) {
-            scale[index(node)] += magnitude;
-        }
-    }
-    return scale;
+    return sums_at_nodes(
+        body,
+        [&](const Spring& s) {
+            return stiffening_scale(body, s, u) * spring_force_scale(s.stiffness, s.rest_vector, relative(s, u));
+        },
+        [&](const Cell& cell) { return cell_force_scale(body.volume_energy, cell, gather(cell, u)); });
 }
 
 // K p, block by block: a spring gives +-H (p_b - p_a), a cell its 24 x 24 block times its corners' p
@@ -124,20 +134,15 @@ std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d
 }
 
 std::vector<double> hessian_product_scale(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p) {
-    std::vector<double> scale(body.rest.size(), 0.0);
-    for (const Spring& s : body.springs) {
-        const double magnitude = stiffening_scale(body, s, u) *
-                                 spring_product_scale(s.stiffness, s.rest_vector, relative(s, u), relative(s, p));
-        scale[index(s.a)] += magnitude;
-        scale[index(s.b)] += magnitude;
-    }
-    for (const Cell& cell : body.cells) {
-        const double magnitude = cell_product_scale(body.volume_energy, cell, gather(cell, u), gather(cell, p));
-        for (int node : cell.nodes) {
-            scale[index(node)] += magnitude;
-        }
-    }
-    return scale;
+    return sums_at_nodes(
+        body,
+        [&](const Spring& s) {
+            return stiffening_scale(body, s, u) *
+                   spring_product_scale(s.stiffness, s.rest_vector, relative(s, u), relative(s, p));
+        },
+        [&](const Cell& cell) {
+            return cell_product_scale(body.volume_energy, cell, gather(cell, u), gather(cell, p));
+        });
 }
 
 std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3d> u) {
@@ -186,24 +191,6 @@ Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> 
     Eigen::SparseMatrix<double> matrix(size, size);
     matrix.setFromTriplets(entries.begin(), entries.end());
     return matrix;
-}
-
-// f = m g
-std::vector<Vector3d> gravity_forces(const Body& body, const Vector3d& g) {
-    std::vector<Vector3d> f;
-    for (double m : body.mass) {
-        f.push_back(m * g);
-    }
-    return f;
-}
-
-// W = -sum m g . u
-double gravity_energy(const Body& body, std::span<const Vector3d> u, const Vector3d& g) {
-    double sum = 0;
-    for (std::size_t n = 0; n < body.mass.size(); ++n) {
-        sum -= body.mass[n] * g.dot(u[n]);
-    }
-    return sum;
 }
 
 } // namespace hybmss::reference

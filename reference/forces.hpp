@@ -45,10 +45,4 @@ std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3
 /// K itself, N/m; row and column 3 node + axis.
 Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> u);
 
-/// The weights of the nodes, N.
-std::vector<Vector3d> gravity_forces(const Body& body, const Vector3d& g);
-
-/// J, zero at rest.
-double gravity_energy(const Body& body, std::span<const Vector3d> u, const Vector3d& g);
-
 } // namespace hybmss::reference

@@ -48,8 +48,7 @@ Vector3d spring_force(double stiffness, const Vector3d& rest_vector, const Vecto
 
 // k [ t I + (1 - t) n n^T ],  t = 1 - l/|d|,  n = d/|d|
 Matrix3d spring_hessian(double stiffness, const Vector3d& rest_vector, const Vector3d& du) {
-    const Vector3d d = rest_vector + du;
-    const Vector3d n = d / bounded_length(d, rest_vector.norm());
+    const Vector3d n = direction(rest_vector, du);
     const double t = relative_elongation(rest_vector, du);
     return stiffness * (t * Matrix3d::Identity() + (1 - t) * n * n.transpose());
 }

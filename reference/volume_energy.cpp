@@ -70,56 +70,41 @@ double gradient_size(const Vector3d& length) {
 // quadratic:     phi = 1/2 (J - 1)^2                                       (5.1)
 // mean stretch:  phi = 9/2 (cbrt(J) - 1)^2;  below J = 1/8: phi(1/8) - 6 (J - 1/8), phi(1/8) = 9/8
 double phi(VolumeEnergy energy, double j) {
-    switch (energy) {
-    case VolumeEnergy::quadratic:
-        return 0.5 * j * j;
-    case VolumeEnergy::mean_stretch: {
-        if (is_crushed(j)) {
-            return 9.0 / 8.0 - 6.0 * (j + 7.0 / 8.0);
-        }
-        const double stretch = std::expm1(std::log1p(j) / 3); // cbrt(J) - 1
-        return 4.5 * stretch * stretch;
+    if (energy != VolumeEnergy::mean_stretch) {
+        return energy == VolumeEnergy::quadratic ? 0.5 * j * j : 0;
     }
-    default:
-        return 0;
+    if (is_crushed(j)) {
+        return 9.0 / 8.0 - 6.0 * (j + 7.0 / 8.0);
     }
+    const double stretch = std::expm1(std::log1p(j) / 3); // cbrt(J) - 1
+    return 4.5 * stretch * stretch;
 }
 
 // quadratic:     phi' = J - 1
 // mean stretch:  phi' = 3 (c - 1) / c^2, c = cbrt(J);  below J = 1/8: -6
 double phi_derivative(VolumeEnergy energy, double j) {
-    switch (energy) {
-    case VolumeEnergy::quadratic:
-        return j;
-    case VolumeEnergy::mean_stretch: {
-        if (is_crushed(j)) {
-            return -6;
-        }
-        const double stretch = std::expm1(std::log1p(j) / 3);
-        const double c = 1 + stretch;
-        return 3 * stretch / (c * c);
+    if (energy != VolumeEnergy::mean_stretch) {
+        return energy == VolumeEnergy::quadratic ? j : 0;
     }
-    default:
-        return 0;
+    if (is_crushed(j)) {
+        return -6;
     }
+    const double stretch = std::expm1(std::log1p(j) / 3);
+    const double c = 1 + stretch;
+    return 3 * stretch / (c * c);
 }
 
 // quadratic:     phi'' = 1
 // mean stretch:  phi'' = (2 - c) / c^5;  below J = 1/8: 0
 double phi_second_derivative(VolumeEnergy energy, double j) {
-    switch (energy) {
-    case VolumeEnergy::quadratic:
-        return 1;
-    case VolumeEnergy::mean_stretch: {
-        if (is_crushed(j)) {
-            return 0;
-        }
-        const double c = std::cbrt(1 + j);
-        return (2 - c) / (c * c * c * c * c);
+    if (energy != VolumeEnergy::mean_stretch) {
+        return energy == VolumeEnergy::quadratic ? 1 : 0;
     }
-    default:
+    if (is_crushed(j)) {
         return 0;
     }
+    const double c = std::cbrt(1 + j);
+    return (2 - c) / (c * c * c * c * c);
 }
 
 // quadratic:     phi''' = 0
@@ -138,10 +123,8 @@ Matrix3d mean_edges(const Corners& corners) {
     Matrix3d edges = Matrix3d::Zero();
     for (std::size_t axis = 0; axis < 3; ++axis) {
         for (std::size_t low = 0; low < 8; ++low) {
-            const std::size_t high = low | std::size_t{1} << axis;
-            if (high != low) {
-                edges.col(static_cast<Eigen::Index>(axis)) += (corners[high] - corners[low]) / 4;
-            }
+            const std::size_t high = low | std::size_t{1} << axis; // `low` itself, and no edge, in half of all cases
+            edges.col(static_cast<Eigen::Index>(axis)) += (corners[high] - corners[low]) / 4;
         }
     }
     return edges;

@@ -1,6 +1,7 @@
 #include "layouts/network/colored_soa.hpp"
 
 #include "layouts/coloring.hpp"
+#include "layouts/network/network_geometry.hpp"
 
 #include <span>
 
@@ -71,12 +72,10 @@ ColoredSoa<T>::ColoredSoa(const Network& network)
         springs.a[slot] = s.a;
         springs.b[slot] = s.b;
         springs.stiffness[slot] = static_cast<T>(s.stiffness);
-        double length2 = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             springs.rest[axis][slot] = static_cast<T>(s.rest_vector[axis]);
-            length2 += s.rest_vector[axis] * s.rest_vector[axis];
         }
-        springs.inverse_length2[slot] = static_cast<T>(1 / length2);
+        springs.inverse_length2[slot] = static_cast<T>(1 / rest_length2(s));
     });
 
     nodes.clear();
@@ -96,24 +95,15 @@ ColoredSoa<T>::ColoredSoa(const Network& network)
     cells.inverse_volume = filled(slots, T(1));
     for_each_slot(coloring, cells.color_begin, [&](std::size_t slot, std::size_t item) {
         const Network::Cell& c = network.cells[item];
-        double edge[9] = {}; // a0, b0, c0: the means of four parallel edges
+        const RestShape rest = rest_shape(network, c);
         for (std::size_t corner = 0; corner < 8; ++corner) {
             cells.node[corner][slot] = c.nodes[corner];
-            const auto& x = network.rest_positions[static_cast<std::size_t>(c.nodes[corner])];
-            for (std::size_t e = 0; e < 3; ++e) {
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    edge[3 * e + axis] += (corner >> e & 1 ? 0.25 : -0.25) * x[axis];
-                }
-            }
         }
         for (std::size_t e = 0; e < 9; ++e) {
-            cells.rest_edge[e][slot] = static_cast<T>(edge[e]);
+            cells.rest_edge[e][slot] = static_cast<T>(rest.edges[e]);
         }
-        const double volume = edge[0] * (edge[4] * edge[8] - edge[5] * edge[7]) +
-                              edge[1] * (edge[5] * edge[6] - edge[3] * edge[8]) +
-                              edge[2] * (edge[3] * edge[7] - edge[4] * edge[6]);
         cells.kappa[slot] = static_cast<T>(c.kappa);
-        cells.inverse_volume[slot] = static_cast<T>(1 / volume);
+        cells.inverse_volume[slot] = static_cast<T>(1 / rest.volume);
     });
 }
 

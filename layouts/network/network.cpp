@@ -1,5 +1,7 @@
 #include "hybmss/network.hpp"
 
+#include "layouts/network/network_geometry.hpp"
+
 #include <cmath>
 #include <span>
 #include <stdexcept>
@@ -147,7 +149,6 @@ void validate(const Network& network) {
     }
     for (std::size_t c = 0; c < network.cells.size(); ++c) {
         const Network::Cell& cell = network.cells[c];
-        double edges[3][3] = {};
         for (std::size_t corner = 0; corner < 8; ++corner) {
             const std::int32_t n = cell.nodes[corner];
             if (!is_node(n)) {
@@ -158,17 +159,8 @@ void validate(const Network& network) {
                     refuse("cell", c, "node " + std::to_string(n) + " appears twice");
                 }
             }
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                for (std::size_t edge = 0; edge < 3; ++edge) {
-                    const double x = network.rest_positions[static_cast<std::size_t>(n)][axis] / 4;
-                    edges[edge][axis] += corner >> edge & 1 ? x : -x;
-                }
-            }
         }
-        const auto& [a, b, d] = edges;
-        const double volume = a[0] * (b[1] * d[2] - b[2] * d[1]) + a[1] * (b[2] * d[0] - b[0] * d[2]) +
-                              a[2] * (b[0] * d[1] - b[1] * d[0]);
-        if (!(volume > 0)) {
+        if (!(rest_shape(network, cell).volume > 0)) {
             refuse("cell", c, "its rest volume is not above 0 (are its corners in x-fastest order?)");
         }
         if (!std::isfinite(cell.kappa)) {
