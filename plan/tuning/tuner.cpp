@@ -106,6 +106,7 @@ std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double
         }
     }
     std::vector<TrialTiming> results;
+    results.reserve(runners.size());
     for (const Runner& runner : runners) {
         results.push_back({fastest_quarter_mean(runner.seconds_a_step), runner.running});
     }

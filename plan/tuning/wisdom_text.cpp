@@ -178,7 +178,7 @@ std::string cpu_model() {
         if (colon == std::string::npos) {
             continue;
         }
-        const std::string value = line.substr(colon + 2);
+        std::string value = line.substr(colon + 2);
         if (line.starts_with("model name")) {
             return value;
         }
