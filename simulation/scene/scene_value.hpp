@@ -22,7 +22,7 @@ struct SceneValue {
     using Table = std::vector<Member>;
 
     /// Nothing stands for what means nothing in a scene, such as a date.
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, Array, Table> data = {};
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, Array, Table> data;
     SceneSource::Entry place = {};
 
     template <class T>
