@@ -5,6 +5,7 @@
 #include "app/progress_line.hpp"
 #include "app/scene_report.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
+#include "plan/tuning/trials.hpp"
 #include "simulation/results/results.hpp"
 #include "simulation/run/effect_list.hpp"
 #include "simulation/run/memory.hpp"
@@ -39,18 +40,15 @@ struct EffectCost {
     std::optional<double> nanoseconds; ///< that it adds to a cell's step; of explicit steps alone
 };
 
-constexpr int kRounds = 11;
-constexpr double kSliceSeconds = 0.005;
-
 /// A scene that can be stepped for as long as timing takes: begun anew where it diverges, as it may beyond its duration
 /// or without one of its effects.
-struct Timed {
-    Timed(Scene scene, const SimulationOptions& given) : options(given), simulation(std::move(scene), given) {}
+struct TimedScene {
+    TimedScene(Scene scene, const SimulationOptions& given) : options(given), simulation(std::move(scene), given) {}
     SimulationOptions options;
     Simulation simulation;
 };
 
-double seconds_of(Timed& timed, long steps) {
+double seconds_of(TimedScene& timed, long steps) {
     const long before = timed.simulation.steps();
     const auto start = std::chrono::steady_clock::now();
     const auto seconds = [&] {
@@ -67,30 +65,19 @@ double seconds_of(Timed& timed, long steps) {
     }
 }
 
-long steps_of_a_slice(Timed& simulation) {
-    simulation.simulation.step();
-    for (long steps = 1;; steps *= 2) {
-        const double seconds = seconds_of(simulation, steps);
-        if (seconds > kSliceSeconds / 4) {
-            return std::max(1L, std::lround(kSliceSeconds / seconds * static_cast<double>(steps)));
-        }
-    }
-}
-
 /// Seconds a step that `with` takes longer than `rest`, the median over rounds in which both have a slice.
-double difference(Timed& with, Timed& rest) {
-    const long steps[2] = {steps_of_a_slice(with), steps_of_a_slice(rest)};
+double difference(TimedScene& with, TimedScene& rest) {
+    constexpr int kRounds = 11;
+    constexpr double kSliceSeconds = 0.005;
+    Interleaved interleaved({[&](long steps) { return seconds_of(with, steps); },
+                                    [&](long steps) { return seconds_of(rest, steps); }},
+                                   kSliceSeconds);
     std::vector<double> differences;
     for (int round = 0; round < kRounds; ++round) {
-        // Either comes first in turn.
-        double seconds[2];
-        for (int i : {round % 2, 1 - round % 2}) {
-            seconds[i] = seconds_of(i == 0 ? with : rest, steps[i]) / static_cast<double>(steps[i]);
-        }
+        const std::vector<double> seconds = interleaved.next();
         differences.push_back(seconds[0] - seconds[1]);
     }
-    std::nth_element(differences.begin(), differences.begin() + kRounds / 2, differences.end());
-    return differences[kRounds / 2];
+    return median(differences);
 }
 
 /// Every effect of the list in its order. Those in the scene that it can do without are measured: explicit steps of the
@@ -108,7 +95,7 @@ std::vector<EffectCost> effect_costs(const Simulation& simulation, const Simulat
         if (!cost.in || !rule.remove || needed > available_bytes()) {
             continue;
         }
-        Timed with(scene, same), rest(without(scene, rule), same);
+        TimedScene with(scene, same), rest(without(scene, rule), same);
         if (explicit_in_time) {
             cost.nanoseconds = 1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
         }

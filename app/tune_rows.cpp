@@ -5,7 +5,6 @@
 #include "plan/tuning/tuner.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -44,15 +43,6 @@ std::vector<T> small_displacements(const TuneRow& row, std::size_t nodes) {
         value = static_cast<T>(1e-5 * row.lattice.cell_size() * (static_cast<double>(engine()) / 2147483648.0 - 1));
     }
     return u;
-}
-
-template <class Work>
-Trial timed(const Work& work) {
-    return [=](long steps) {
-        const auto start = std::chrono::steady_clock::now();
-        work(steps);
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
 }
 
 template <class T>

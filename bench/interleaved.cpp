@@ -1,55 +1,25 @@
 #include "bench/interleaved.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <utility>
 
 namespace hybmss::bench {
-namespace {
 
-double seconds(const Work& work, long steps) {
-    const auto start = std::chrono::steady_clock::now();
-    work(steps);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+Rounds in_turns(benchmark::State& state, const Work& first, const Work& second) {
+    Interleaved interleaved({timed(first), timed(second)}, kSliceSeconds);
+    Rounds rounds;
+    for ([[maybe_unused]] auto _ : state) {
+        const std::vector<double> round = interleaved.next();
+        rounds.first.push_back(round[0]);
+        rounds.second.push_back(round[1]);
+        state.SetIterationTime(round[0]);
+    }
+    return rounds;
 }
 
-} // namespace
-
-long steps_per_slice(const Work& work, double slice_seconds) {
-    work(1);
-    // Doubling until a good part of a slice is measured: one step of a small body is far below the clock's noise.
-    for (long steps = 1;; steps *= 2) {
-        const double elapsed = seconds(work, steps);
-        if (elapsed > 0.25 * slice_seconds) {
-            return std::max(1L, std::lround(slice_seconds / elapsed * static_cast<double>(steps)));
-        }
-    }
-}
-
-Interleaved::Interleaved(std::vector<Work> works, double slice_seconds) : works_(std::move(works)) {
-    for (const Work& work : works_) {
-        steps_.push_back(steps_per_slice(work, slice_seconds));
-    }
-}
-
-std::vector<double> Interleaved::next() {
-    std::vector<double> times(works_.size());
-    for (std::size_t i = 0; i < works_.size(); ++i) {
-        const std::size_t w = (first_ + i) % works_.size();
-        times[w] = seconds(works_[w], steps_[w]) / static_cast<double>(steps_[w]);
-    }
-    first_ = (first_ + 1) % works_.size();
-    return times;
-}
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    if (values.size() % 2 == 1) {
-        return *middle;
-    }
-    return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+double median_ratio(std::vector<double> of, const std::vector<double>& to) {
+    std::transform(of.begin(), of.end(), to.begin(), of.begin(), std::divides<>());
+    return median(std::move(of));
 }
 
 } // namespace hybmss::bench

@@ -1,38 +1,28 @@
 #pragma once
 
 /// \file
-/// Timing several pieces of work in short alternating slices, so that all see the same moods of the machine.
+/// Two pieces of work measured against each other.
 
-#include <cstddef>
-#include <functional>
+#include "plan/tuning/trials.hpp"
+
+#include <benchmark/benchmark.h>
+
 #include <vector>
 
 namespace hybmss::bench {
-
-/// Work that can be repeated: called with a count, it does that many steps.
-using Work = std::function<void(long)>;
 
 /// Long enough to make the clock and the first steps after a switch negligible, short enough to meet the same speed
 /// state of the machine (they last for seconds) in all slices of a round.
 inline constexpr double kSliceSeconds = 0.012;
 
-/// How many steps of `work` fill a slice; never below 1. Warms caches and thread pools up on the way.
-long steps_per_slice(const Work& work, double slice_seconds);
-
-/// Each round the next of them comes first, so that none always runs on another's leftovers.
-class Interleaved {
-public:
-    Interleaved(std::vector<Work> works, double slice_seconds);
-    /// One round, a slice of each: seconds per step, in the order of the works.
-    std::vector<double> next();
-
-private:
-    std::vector<Work> works_;
-    std::vector<long> steps_;
-    std::size_t first_ = 0;
+/// Seconds a step of two works in each round.
+struct Rounds {
+    std::vector<double> first, second;
 };
+/// A round an iteration of the state, whose time is that of the first.
+Rounds in_turns(benchmark::State& state, const Work& first, const Work& second);
 
-/// The middle value; the mean of the two middle ones where the count is even. Needs at least one value.
-double median(std::vector<double> values);
+/// The median of the entries of one list by those of another.
+double median_ratio(std::vector<double> of, const std::vector<double>& to);
 
 } // namespace hybmss::bench

@@ -66,6 +66,14 @@ Yardstick moving_yardstick(const Lattice& lattice, const Material& material) {
     return body;
 }
 
+Work steps_of(Yardstick& body, const StepParameters& parameters) {
+    return [&body, dt = parameters.time_step, damping = parameters.mass_damping](long steps) {
+        for (long s = 0; s < steps; ++s) {
+            step(body, dt, damping);
+        }
+    };
+}
+
 template std::vector<float> random_displacements(std::size_t, double);
 template std::vector<double> random_displacements(std::size_t, double);
 template void disturb(ExplicitDynamics<float>&, double);

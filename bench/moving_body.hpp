@@ -5,6 +5,7 @@
 /// which a step with them is measured by.
 
 #include "bench/bench_row.hpp"
+#include "bench/interleaved.hpp"
 #include "bench/yardstick.hpp"
 #include "hybmss/explicit_dynamics.hpp"
 
@@ -39,8 +40,9 @@ template <class T>
 bool all_finite(const ExplicitDynamics<T>& dynamics);
 bool all_finite(const Yardstick& body);
 
-/// The same body, with the same displacements, as the yardstick.
+/// The same body, with the same displacements, as the yardstick; and its steps, for as long as it lives.
 Yardstick moving_yardstick(const Lattice& lattice, const Material& material);
+Work steps_of(Yardstick& body, const StepParameters& parameters);
 
 /// A body at rest displaced as given (m, x y z a node); steps() takes so many steps of its sweep alone.
 template <class T>

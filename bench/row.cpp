@@ -14,28 +14,7 @@ namespace {
 /// Prints the rows as a table while they are measured, and writes them as Google Benchmark's JSON. `json` may be null.
 class RowReporter : public benchmark::BenchmarkReporter {
 public:
-    RowReporter(const std::vector<Row>& rows, std::string introduction, std::ostream& table, std::ostream* json);
-
-    bool ReportContext(const Context& context) override;
-    void ReportRuns(const std::vector<Run>& runs) override;
-    void Finalize() override;
-
-    bool failed() const { return failed_; }
-
-private:
-    void print(const Row& row, const Run& run);
-
-    std::map<std::string, const Row*> rows_;
-    std::string introduction_;
-    std::ostream& table_;
-    bool write_json_;
-    benchmark::JSONReporter json_;
-    std::string heading_;
-    bool failed_ = false;
-};
-
-RowReporter::RowReporter(const std::vector<Row>& rows, std::string introduction, std::ostream& table,
-                         std::ostream* json)
+    RowReporter(const std::vector<Row>& rows, std::string introduction, std::ostream& table, std::ostream* json)
     : introduction_(std::move(introduction)), table_(table), write_json_(json != nullptr) {
     for (const Row& row : rows) {
         rows_.emplace(row.name, &row);
@@ -46,7 +25,7 @@ RowReporter::RowReporter(const std::vector<Row>& rows, std::string introduction,
     }
 }
 
-bool RowReporter::ReportContext(const Context& context) {
+bool ReportContext(const Context& context) override {
     for (const auto& [key, value] : machine_description()) {
         benchmark::AddCustomContext(key, value);
     }
@@ -54,7 +33,7 @@ bool RowReporter::ReportContext(const Context& context) {
     return !write_json_ || json_.ReportContext(context);
 }
 
-void RowReporter::ReportRuns(const std::vector<Run>& runs) {
+void ReportRuns(const std::vector<Run>& runs) override {
     std::vector<Run> named = runs;
     for (Run& run : named) {
         // Google Benchmark appends how it was told to measure; a row's name says what was measured only.
@@ -73,13 +52,16 @@ void RowReporter::ReportRuns(const std::vector<Run>& runs) {
     }
 }
 
-void RowReporter::Finalize() {
+void Finalize() override {
     if (write_json_) {
         json_.Finalize();
     }
 }
 
-void RowReporter::print(const Row& row, const Run& run) {
+bool failed() const { return failed_; }
+
+private:
+void print(const Row& row, const Run& run) {
     if (row.heading != heading_) {
         table_ << (heading_.empty() ? "" : "\n") << row.heading << '\n';
         heading_ = row.heading;
@@ -90,6 +72,15 @@ void RowReporter::print(const Row& row, const Run& run) {
         table_ << row.line(run) << std::endl;
     }
 }
+
+    std::map<std::string, const Row*> rows_;
+    std::string introduction_;
+    std::ostream& table_;
+    bool write_json_;
+    benchmark::JSONReporter json_;
+    std::string heading_;
+    bool failed_ = false;
+};
 
 } // namespace
 

@@ -138,35 +138,24 @@ void ExplicitDynamics<T>::set_effect_memory(std::span<const double> memory) {
     }
 }
 
-template void ExplicitDynamics<float>::get_displacements(VectorField<float>) const;
-template void ExplicitDynamics<float>::get_velocities(VectorField<float>) const;
-template void ExplicitDynamics<float>::set_displacements(VectorField<const float>);
-template void ExplicitDynamics<float>::set_velocities(VectorField<const float>);
-template std::vector<float> ExplicitDynamics<float>::exact_state() const;
-template void ExplicitDynamics<float>::set_exact_state(std::span<const float>);
-template void ExplicitDynamics<float>::get_forces(VectorField<float>) const;
-template std::span<const double> ExplicitDynamics<float>::masses() const;
-template PotentialEnergy ExplicitDynamics<float>::potential_energy() const;
-template double ExplicitDynamics<float>::kinetic_energy() const;
-template double ExplicitDynamics<float>::critical_time_step() const;
-template void ExplicitDynamics<float>::get_effect_forces(VectorField<float>) const;
-template std::vector<EffectEnergy> ExplicitDynamics<float>::effect_energies() const;
-template std::vector<double> ExplicitDynamics<float>::effect_memory() const;
-template void ExplicitDynamics<float>::set_effect_memory(std::span<const double>);
-template void ExplicitDynamics<double>::get_displacements(VectorField<double>) const;
-template void ExplicitDynamics<double>::get_velocities(VectorField<double>) const;
-template void ExplicitDynamics<double>::set_displacements(VectorField<const double>);
-template void ExplicitDynamics<double>::set_velocities(VectorField<const double>);
-template std::vector<double> ExplicitDynamics<double>::exact_state() const;
-template void ExplicitDynamics<double>::set_exact_state(std::span<const double>);
-template void ExplicitDynamics<double>::get_forces(VectorField<double>) const;
-template std::span<const double> ExplicitDynamics<double>::masses() const;
-template PotentialEnergy ExplicitDynamics<double>::potential_energy() const;
-template double ExplicitDynamics<double>::kinetic_energy() const;
-template double ExplicitDynamics<double>::critical_time_step() const;
-template void ExplicitDynamics<double>::get_effect_forces(VectorField<double>) const;
-template std::vector<EffectEnergy> ExplicitDynamics<double>::effect_energies() const;
-template std::vector<double> ExplicitDynamics<double>::effect_memory() const;
-template void ExplicitDynamics<double>::set_effect_memory(std::span<const double>);
+#define HYBMSS_INSTANTIATE(T) \
+    template void ExplicitDynamics<T>::get_displacements(VectorField<T>) const; \
+    template void ExplicitDynamics<T>::get_velocities(VectorField<T>) const; \
+    template void ExplicitDynamics<T>::set_displacements(VectorField<const T>); \
+    template void ExplicitDynamics<T>::set_velocities(VectorField<const T>); \
+    template std::vector<T> ExplicitDynamics<T>::exact_state() const; \
+    template void ExplicitDynamics<T>::set_exact_state(std::span<const T>); \
+    template void ExplicitDynamics<T>::get_forces(VectorField<T>) const; \
+    template std::span<const double> ExplicitDynamics<T>::masses() const; \
+    template PotentialEnergy ExplicitDynamics<T>::potential_energy() const; \
+    template double ExplicitDynamics<T>::kinetic_energy() const; \
+    template double ExplicitDynamics<T>::critical_time_step() const; \
+    template void ExplicitDynamics<T>::get_effect_forces(VectorField<T>) const; \
+    template std::vector<EffectEnergy> ExplicitDynamics<T>::effect_energies() const; \
+    template std::vector<double> ExplicitDynamics<T>::effect_memory() const; \
+    template void ExplicitDynamics<T>::set_effect_memory(std::span<const double>)
+
+HYBMSS_INSTANTIATE(float);
+HYBMSS_INSTANTIATE(double);
 
 } // namespace hybmss

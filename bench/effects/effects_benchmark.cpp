@@ -17,25 +17,13 @@ constexpr const char* kIntroduction =
     "round's.\n"
     "`none called for`: the step with its seams for effects against the sweep of the cells alone.\n";
 
-struct Rounds {
-    std::vector<double> without, with, ratio;
-};
-
 /// Rounds of the two, and the counters of their times.
 void measure(benchmark::State& state, const Work& without, const Work& with) {
-    Interleaved interleaved({without, with}, kSliceSeconds);
-    Rounds rounds;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> times = interleaved.next();
-        rounds.without.push_back(times[0]);
-        rounds.with.push_back(times[1]);
-        rounds.ratio.push_back(times[1] / times[0]);
-        state.SetIterationTime(times[1]);
-    }
+    const auto [with_times, without_times] = in_turns(state, with, without);
     const double cells = std::pow(kEdge, 3);
-    state.counters["ns_per_cell_without"] = 1e9 * median(rounds.without) / cells;
-    state.counters["ns_per_cell"] = 1e9 * median(rounds.with) / cells;
-    state.counters["ratio"] = median(rounds.ratio);
+    state.counters["ns_per_cell_without"] = 1e9 * median(without_times) / cells;
+    state.counters["ns_per_cell"] = 1e9 * median(with_times) / cells;
+    state.counters["ratio"] = median_ratio(with_times, without_times);
 }
 
 /// After steps: some arrays are made by the first.
@@ -78,8 +66,7 @@ Scene plain_scene() {
 }
 
 void measure_effect(benchmark::State& state, const EffectRule& rule, Precision precision, const PlanOptions& plan) {
-    const SimulationOptions options{
-        precision == Precision::float32 ? hybmss::Precision::float32 : hybmss::Precision::float64, plan};
+    const SimulationOptions options{precision, plan};
     Scene scene = plain_scene();
     rule.add(scene);
     Simulation with(scene, options), rest(without(scene, rule), options);

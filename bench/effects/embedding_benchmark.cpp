@@ -125,14 +125,10 @@ struct Comparison {
     const char* words;
 };
 
-void report(benchmark::State& state, Interleaved& interleaved) {
-    double least = HUGE_VAL, least_against = HUGE_VAL;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> round = interleaved.next();
-        least = std::min(least, round[0]);
-        least_against = std::min(least_against, round[1]);
-        state.SetIterationTime(round[0]);
-    }
+void time(benchmark::State& state, const Work& work, const Work& against) {
+    const auto [times, times_against] = in_turns(state, work, against);
+    const double least = *std::min_element(times.begin(), times.end());
+    const double least_against = *std::min_element(times_against.begin(), times_against.end());
     state.counters["microseconds"] = 1e6 * least;
     state.counters["microseconds_over"] = 1e6 * (least - least_against);
     state.counters["percent_over"] = 100 * (least / least_against - 1);
@@ -141,9 +137,7 @@ void report(benchmark::State& state, Interleaved& interleaved) {
 void measure(benchmark::State& state, const Comparison& comparison) {
     if (!comparison.work) {
         InPages pages(comparison.edge, true), usual(comparison.edge, false);
-        Interleaved interleaved({[&](long count) { pages.step(count); }, [&](long count) { usual.step(count); }},
-                                kSliceSeconds);
-        report(state, interleaved);
+        time(state, [&](long count) { pages.step(count); }, [&](long count) { usual.step(count); });
         return;
     }
     Caller caller(comparison.edge);
@@ -154,8 +148,7 @@ void measure(benchmark::State& state, const Comparison& comparison) {
             }
         };
     };
-    Interleaved interleaved({repeated(comparison.work), repeated(comparison.against)}, kSliceSeconds);
-    report(state, interleaved);
+    time(state, repeated(comparison.work), repeated(comparison.against));
     if (!caller.finite()) {
         state.SkipWithError("the forces are not finite");
     }

@@ -57,15 +57,8 @@ void measure(benchmark::State& state, InstructionSet set, StateForm form, Root r
             }
         };
     };
-    Interleaved interleaved({repeated(sweep, box.grid()), repeated(usual, beside.grid())}, kSliceSeconds);
+    const auto [times, usual_times] = in_turns(state, repeated(sweep, box.grid()), repeated(usual, beside.grid()));
     // The least of all rounds: what else runs on the machine only ever adds time.
-    std::vector<double> times, usual_times;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> round = interleaved.next();
-        times.push_back(round[0]);
-        usual_times.push_back(round[1]);
-        state.SetIterationTime(round[0]);
-    }
     const double least = *std::min_element(times.begin(), times.end());
     state.counters["ns_per_cell"] = 1e9 * least / static_cast<double>(box.cells());
     state.counters["ratio_to_usual"] = least / *std::min_element(usual_times.begin(), usual_times.end());

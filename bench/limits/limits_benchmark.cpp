@@ -78,12 +78,11 @@ void measure(benchmark::State& state, const BenchRow& row, FastestTimes& fastest
     const IssueWorks loops(row.instruction_set, row.precision);
     Traffic traffic(kernel, plan.nodes, sizeof(T), row.instruction_set);
 
-    std::vector<Work> works = {[&](long steps) { dynamics.step(parameters, steps); },
-                               [&](long steps) {
-                                   for (long i = 0; i < steps; ++i) {
-                                       traffic.touch();
-                                   }
-                               }};
+    std::vector<Trial> works = {timed([&](long steps) { dynamics.step(parameters, steps); }), timed([&](long steps) {
+                                    for (long i = 0; i < steps; ++i) {
+                                        traffic.touch();
+                                    }
+                                })};
     std::vector<std::size_t> kinds;
     for (std::size_t kind = 0; kind < kIssueCount; ++kind) {
         const auto issue = static_cast<Issue>(kind);
@@ -91,7 +90,7 @@ void measure(benchmark::State& state, const BenchRow& row, FastestTimes& fastest
                             (issue != Issue::divide || kernel.vector.divisions > 0);
         if (needed && loops.has(issue)) {
             kinds.push_back(kind);
-            works.push_back(loops.work(issue));
+            works.push_back(timed(loops.work(issue)));
         }
     }
     Interleaved interleaved(works, kLimitSlice);

@@ -54,26 +54,26 @@ void measure_bandwidth(benchmark::State& state, InstructionSet set) {
     const StreamLoops& loops = limit_loops(set).stream;
     const auto sets = working_sets();
     AlignedArray<float> memory(sets.back() / sizeof(float));
-    std::vector<Work> works;
+    std::vector<Trial> works;
     for (std::size_t bytes : sets) {
         // A work's step moves about a megabyte, or the whole of it.
         const long repeats = std::max(1L, static_cast<long>((1U << 20) / bytes));
         char* data = reinterpret_cast<char*>(memory.data());
-        works.push_back([=](long steps) {
+        works.push_back(timed([=](long steps) {
             for (long i = 0; i < steps * repeats; ++i) {
                 loops.read(data, bytes);
             }
-        });
-        works.push_back([=](long steps) {
+        }));
+        works.push_back(timed([=](long steps) {
             for (long i = 0; i < steps * repeats; ++i) {
                 loops.write(data, bytes);
             }
-        });
-        works.push_back([=](long steps) {
+        }));
+        works.push_back(timed([=](long steps) {
             for (long i = 0; i < steps * repeats; ++i) {
                 loops.copy(data, data + bytes / 2, bytes / 2);
             }
-        });
+        }));
     }
     Interleaved interleaved(works, kBandwidthSlice);
     std::vector<std::vector<double>> rates(works.size());
@@ -97,11 +97,11 @@ constexpr double kIssueSlice = 0.004;
 void measure_issue(benchmark::State& state, InstructionSet set, Precision precision, FastestTimes& fastest) {
     const IssueWorks loops(set, precision);
     std::vector<int> kinds;
-    std::vector<Work> works;
+    std::vector<Trial> works;
     for (int kind = 0; kind < kIssueCount; ++kind) {
         if (loops.has(static_cast<Issue>(kind))) {
             kinds.push_back(kind);
-            works.push_back(loops.work(static_cast<Issue>(kind)));
+            works.push_back(timed(loops.work(static_cast<Issue>(kind))));
         }
     }
     Interleaved interleaved(works, kIssueSlice);

@@ -42,25 +42,16 @@ void measure(benchmark::State& state, const BenchRow& row) {
     }
     const StepParameters parameters = gentle_steps(bodies[0]);
     Batch<T> batch(row.threads);
-    Interleaved interleaved(
-        {[&](long steps) { in_calls(steps, [&](long count) { batch.step(bodies, parameters, count); }); },
-         [&](long steps) {
-             in_calls(steps, [&](long count) {
-                 for (ExplicitDynamics<T>& body : bodies) {
-                     body.step(parameters, count);
-                 }
-             });
-         }},
-        kSliceSeconds);
+    const auto [together, alone] = in_turns(
+        state, [&](long steps) { in_calls(steps, [&](long count) { batch.step(bodies, parameters, count); }); },
+        [&](long steps) {
+            in_calls(steps, [&](long count) {
+                for (ExplicitDynamics<T>& body : bodies) {
+                    body.step(parameters, count);
+                }
+            });
+        });
     const double cells = static_cast<double>(kBodies) * std::pow(row.mesh[0], 3);
-    std::vector<double> together, alone, speed_up;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> round = interleaved.next();
-        together.push_back(round[0]);
-        alone.push_back(round[1]);
-        speed_up.push_back(round[1] / round[0]);
-        state.SetIterationTime(round[0]);
-    }
     if (!std::all_of(bodies.begin(), bodies.end(), [](const auto& body) { return all_finite(body); })) {
         state.SkipWithError("the displacements are not finite after the last step");
         return;
@@ -68,7 +59,7 @@ void measure(benchmark::State& state, const BenchRow& row) {
     state.counters["bodies"] = static_cast<double>(kBodies);
     state.counters["ns_per_cell"] = 1e9 * median(together) / cells;
     state.counters["cells_per_second"] = cells / median(together);
-    state.counters["speed_up"] = median(speed_up);
+    state.counters["speed_up"] = median_ratio(alone, together);
     state.counters["quiet_speed_up"] = fastest_quarter_mean(alone) / fastest_quarter_mean(together);
     state.counters["threads_used"] = batch.threads();
 }

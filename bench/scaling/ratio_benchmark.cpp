@@ -22,17 +22,8 @@ void measure_model(benchmark::State& state, const BenchRow& row) {
     full_row.model = Model::hybmss;
     ExplicitDynamics<T> model = row_dynamics<T>(row), full = row_dynamics<T>(full_row);
     const StepParameters model_steps = gentle_steps(model), full_steps = gentle_steps(full);
-    Interleaved interleaved(
-        {[&](long steps) { model.step(model_steps, steps); }, [&](long steps) { full.step(full_steps, steps); }},
-        kSliceSeconds);
-    std::vector<double> times, full_times, speed_ups;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> round = interleaved.next();
-        times.push_back(round[0]);
-        full_times.push_back(round[1]);
-        speed_ups.push_back(round[1] / round[0]);
-        state.SetIterationTime(round[0]);
-    }
+    const auto [times, full_times] = in_turns(
+        state, [&](long steps) { model.step(model_steps, steps); }, [&](long steps) { full.step(full_steps, steps); });
     if (!all_finite(model) || !all_finite(full)) {
         state.SkipWithError("the displacements are not finite after the last step");
         return;
@@ -42,7 +33,7 @@ void measure_model(benchmark::State& state, const BenchRow& row) {
     state.counters["ns_per_cell"] = 1e9 * median(times) / cells;
     state.counters["full_ns_per_cell"] = 1e9 * median(full_times) / cells;
     state.counters["operations_share"] = slots / full_slots;
-    state.counters["speed_up"] = median(speed_ups);
+    state.counters["speed_up"] = median_ratio(full_times, times);
     state.counters["speed_up_by_count"] = full_slots / slots;
 }
 
@@ -105,17 +96,9 @@ void measure_numbering(benchmark::State& state, const BenchRow& row) {
     disturb(ordered, row_lattice(row).cell_size());
     disturb(random, row_lattice(row).cell_size());
     const StepParameters parameters = gentle_steps(ordered);
-    Interleaved interleaved(
-        {[&](long steps) { random.step(parameters, steps); }, [&](long steps) { ordered.step(parameters, steps); }},
-        kSliceSeconds);
-    std::vector<double> times, ordered_times, ratios;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> round = interleaved.next();
-        times.push_back(round[0]);
-        ordered_times.push_back(round[1]);
-        ratios.push_back(round[0] / round[1]);
-        state.SetIterationTime(round[0]);
-    }
+    const auto [times, ordered_times] = in_turns(
+        state, [&](long steps) { random.step(parameters, steps); },
+        [&](long steps) { ordered.step(parameters, steps); });
     if (!all_finite(ordered) || !all_finite(random)) {
         state.SkipWithError("the displacements are not finite after the last step");
         return;
@@ -123,7 +106,7 @@ void measure_numbering(benchmark::State& state, const BenchRow& row) {
     const double springs = static_cast<double>(network.springs.size());
     state.counters["ns_per_spring"] = 1e9 * median(times) / springs;
     state.counters["ordered_ns_per_spring"] = 1e9 * median(ordered_times) / springs;
-    state.counters["ratio_to_ordered"] = median(ratios);
+    state.counters["ratio_to_ordered"] = median_ratio(times, ordered_times);
     state.counters["bytes_per_spring"] = static_cast<double>(random.describe().bytes) / springs;
     state.SetLabel(random.describe().layout);
 }
@@ -159,27 +142,19 @@ void measure_filled(benchmark::State& state, const BenchRow& row) {
     small_row.mesh = {kSmallEdge, kSmallEdge, kSmallEdge};
     ExplicitDynamics<T> ball = row_dynamics<T>(row), small = row_dynamics<T>(small_row);
     const StepParameters parameters = gentle_steps(ball);
-    Interleaved interleaved(
-        {[&](long steps) { ball.step(parameters, steps); }, [&](long steps) { small.step(parameters, steps); }},
-        kSliceSeconds);
+    const auto [times, small_times] = in_turns(
+        state, [&](long steps) { ball.step(parameters, steps); }, [&](long steps) { small.step(parameters, steps); });
     const PlanDescription plan = ball.describe(), small_plan = small.describe();
     const double cells = static_cast<double>(plan.cells), small_cells = static_cast<double>(small_plan.cells);
     const double bytes = static_cast<double>(plan.bytes) / cells;
-    std::vector<double> times, ratios;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> round = interleaved.next();
-        times.push_back(round[0] / cells);
-        ratios.push_back(round[0] / cells / (round[1] / small_cells));
-        state.SetIterationTime(round[0]);
-    }
     if (!all_finite(ball) || !all_finite(small)) {
         state.SkipWithError("the displacements are not finite after the last step");
         return;
     }
     state.counters["cells"] = cells;
     state.counters["filled"] = cells / std::pow(row.mesh[0], 3);
-    state.counters["ns_per_cell"] = 1e9 * median(times);
-    state.counters["ratio_to_64"] = median(ratios);
+    state.counters["ns_per_cell"] = 1e9 * median(times) / cells;
+    state.counters["ratio_to_64"] = median_ratio(times, small_times) * small_cells / cells;
     state.counters["bytes_per_cell"] = bytes;
     state.counters["bytes_ratio_to_64"] = bytes / (static_cast<double>(small_plan.bytes) / small_cells);
     state.SetLabel(plan.layout);

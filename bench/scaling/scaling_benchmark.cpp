@@ -31,8 +31,8 @@ double cells_of(const BenchRow& row) {
 template <class T>
 struct Body {
     explicit Body(const BenchRow& row) : dynamics(row_dynamics<T>(row)), parameters(gentle_steps(dynamics)) {}
-    Work work() {
-        return [this](long steps) { dynamics.step(parameters, steps); };
+    Trial work() {
+        return timed([this](long steps) { dynamics.step(parameters, steps); });
     }
     ExplicitDynamics<T> dynamics;
     StepParameters parameters;
@@ -65,7 +65,7 @@ void measure(benchmark::State& state, const BenchRow& row) {
     reference.mesh = {kReferenceEdge, kReferenceEdge, kReferenceEdge};
     Body<T> body(row), standard(reference);
     std::optional<Body<T>> alone;
-    std::vector<Work> works = {body.work(), standard.work()};
+    std::vector<Trial> works = {body.work(), standard.work()};
     std::size_t alone_at = 0, yardstick_at = 0;
     if (row.threads > 1) {
         alone.emplace(single);
@@ -76,11 +76,7 @@ void measure(benchmark::State& state, const BenchRow& row) {
     if (row.mesh[0] <= kReferenceEdge) {
         yardstick = moving_yardstick(row_lattice(row), row_material(row));
         yardstick_at = works.size();
-        works.push_back([&](long steps) {
-            for (long s = 0; s < steps; ++s) {
-                step(yardstick, body.parameters.time_step, body.parameters.mass_damping);
-            }
-        });
+        works.push_back(timed(steps_of(yardstick, body.parameters)));
     }
     Interleaved interleaved(works, kSliceSeconds);
     const double cells = cells_of(row), reference_cells = cells_of(reference);

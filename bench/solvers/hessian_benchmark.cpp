@@ -41,10 +41,6 @@ struct Product {
     State<T> state;
 };
 
-struct Rounds {
-    std::vector<double> product, step, yardstick, steps, ratio;
-};
-
 template <class T>
 void measure(benchmark::State& state, const BenchRow& row) {
     const Lattice lattice = row_lattice(row);
@@ -64,17 +60,16 @@ void measure(benchmark::State& state, const BenchRow& row) {
             }
         };
     };
-    Interleaved interleaved({repeated([&] { product.make(); }), [&](long count) { dynamics.step(parameters, count); },
-                             repeated([&] { hessian_product(yardstick, direction, yardstick_product); })},
+    Interleaved interleaved({timed(repeated([&] { product.make(); })),
+                             timed([&](long count) { dynamics.step(parameters, count); }),
+                             timed(repeated([&] { hessian_product(yardstick, direction, yardstick_product); }))},
                             kSliceSeconds);
-    Rounds rounds;
+    std::vector<double> products, steps, yardsticks;
     for ([[maybe_unused]] auto _ : state) {
         const std::vector<double> times = interleaved.next();
-        rounds.product.push_back(times[0]);
-        rounds.step.push_back(times[1]);
-        rounds.yardstick.push_back(times[2]);
-        rounds.steps.push_back(times[0] / times[1]);
-        rounds.ratio.push_back(times[2] / times[0]);
+        products.push_back(times[0]);
+        steps.push_back(times[1]);
+        yardsticks.push_back(times[2]);
         state.SetIterationTime(times[0]);
     }
     if (!product.is_finite()) {
@@ -82,12 +77,12 @@ void measure(benchmark::State& state, const BenchRow& row) {
         return;
     }
     const auto cells = static_cast<double>(lattice.cell_count());
-    state.counters["ns_per_cell"] = 1e9 * median(rounds.product) / cells;
-    state.counters["step_ns_per_cell"] = 1e9 * median(rounds.step) / cells;
-    state.counters["yardstick_ns_per_cell"] = 1e9 * median(rounds.yardstick) / cells;
-    state.counters["cells_per_second"] = cells / median(rounds.product);
-    state.counters["ratio_to_step"] = median(rounds.steps);
-    state.counters["ratio_to_reference"] = median(rounds.ratio);
+    state.counters["ns_per_cell"] = 1e9 * median(products) / cells;
+    state.counters["step_ns_per_cell"] = 1e9 * median(steps) / cells;
+    state.counters["yardstick_ns_per_cell"] = 1e9 * median(yardsticks) / cells;
+    state.counters["cells_per_second"] = cells / median(products);
+    state.counters["ratio_to_step"] = median_ratio(products, steps);
+    state.counters["ratio_to_reference"] = median_ratio(yardsticks, products);
     state.counters["threads_used"] = plan.threads;
 }
 

@@ -55,26 +55,14 @@ void measure(benchmark::State& state, const BenchRow& row) {
     ExplicitDynamics<T> dynamics = row_dynamics<T>(row);
     Yardstick yardstick = moving_yardstick(lattice, material);
     const StepParameters parameters = gentle_steps(dynamics);
-    Interleaved interleaved({[&](long steps) { dynamics.step(parameters, steps); },
-                             [&](long steps) {
-                                 for (long s = 0; s < steps; ++s) {
-                                     step(yardstick, parameters.time_step, parameters.mass_damping);
-                                 }
-                             }},
-                            kSliceSeconds);
-    std::vector<double> times, ratios;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> round = interleaved.next();
-        times.push_back(round[0]);
-        ratios.push_back(round[1] / round[0]);
-        state.SetIterationTime(round[0]);
-    }
+    const auto [times, yardstick_times] = in_turns(
+        state, [&](long steps) { dynamics.step(parameters, steps); }, steps_of(yardstick, parameters));
     if (!all_finite(dynamics)) {
         state.SkipWithError("the displacements are not finite after the last step");
         return;
     }
     state.counters["ns_per_cell"] = 1e9 * median(times) / static_cast<double>(lattice.cell_count());
-    state.counters["ratio_to_reference"] = median(ratios);
+    state.counters["ratio_to_reference"] = median_ratio(yardstick_times, times);
 }
 
 std::string heading() {

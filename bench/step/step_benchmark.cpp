@@ -9,20 +9,17 @@ namespace hybmss::bench {
 
 namespace {
 
-struct Rounds {
-    std::vector<double> step, yardstick, ratio;
-};
-
+/// The rounds of a step and of the yardstick's.
 void set_counters(benchmark::State& state, const Rounds& rounds, const PlanDescription& plan, double cells,
                   double springs) {
-    const double step_seconds = median(rounds.step);
+    const double step_seconds = median(rounds.first);
     state.counters["ns_per_cell"] = 1e9 * step_seconds / cells;
     state.counters["cells_per_second"] = cells / step_seconds;
     state.counters["springs_per_second"] = springs / step_seconds;
     state.counters["bytes_per_cell"] = static_cast<double>(plan.bytes) / cells;
-    state.counters["yardstick_ns_per_cell"] = 1e9 * median(rounds.yardstick) / cells;
+    state.counters["yardstick_ns_per_cell"] = 1e9 * median(rounds.second) / cells;
     state.counters["threads_used"] = plan.threads;
-    state.counters["ratio_to_reference"] = median(rounds.ratio);
+    state.counters["ratio_to_reference"] = median_ratio(rounds.second, rounds.first);
 }
 
 template <class T>
@@ -37,21 +34,8 @@ void measure(benchmark::State& state, const BenchRow& row) {
     }
     Yardstick yardstick = moving_yardstick(lattice, material);
     const StepParameters parameters = gentle_steps(dynamics);
-    const Work candidate = [&](long steps) { dynamics.step(parameters, steps); };
-    const Work reference = [&](long steps) {
-        for (long s = 0; s < steps; ++s) {
-            step(yardstick, parameters.time_step, parameters.mass_damping);
-        }
-    };
-    Interleaved interleaved({candidate, reference}, kSliceSeconds);
-    Rounds rounds;
-    for ([[maybe_unused]] auto _ : state) {
-        const std::vector<double> times = interleaved.next();
-        rounds.step.push_back(times[0]);
-        rounds.yardstick.push_back(times[1]);
-        rounds.ratio.push_back(times[1] / times[0]);
-        state.SetIterationTime(times[0]);
-    }
+    const Rounds rounds = in_turns(
+        state, [&](long steps) { dynamics.step(parameters, steps); }, steps_of(yardstick, parameters));
     if (!all_finite(dynamics) || !all_finite(yardstick)) {
         state.SkipWithError("the displacements are not finite after the last step");
         return;

@@ -31,16 +31,6 @@ namespace {
 
 constexpr std::string_view kVolumeEnergies[] = {"automatic", "quadratic", "mean-stretch", "none"};
 
-std::uint64_t checksum(std::string_view text) {
-    Digest digest;
-    digest.add(text);
-    return digest.value();
-}
-
-std::string hexadecimal(std::uint64_t number) {
-    return printed("%016llx", static_cast<unsigned long long>(number));
-}
-
 void append(std::string& text, double value) {
     text += printed(" %.17g", value);
 }
@@ -123,7 +113,7 @@ std::string_view checked(std::string_view text, const std::string& name) {
     if (!last.starts_with("end ") || !before.ends_with('\n')) {
         throw RecordError(name + ": the record is cut short: its last line must be \"end\" and a checksum");
     }
-    if (last.substr(4, 16) != hexadecimal(checksum(before)) || !last.ends_with('\n')) {
+    if (last.substr(4, 16) != hexadecimal_digest(before) || !last.ends_with('\n')) {
         throw RecordError(name + ": the record is damaged: its checksum differs");
     }
     return before;
@@ -292,7 +282,7 @@ std::string record_text(const Record& record) {
             text += line.substr(1) + "\n";
         }
     }
-    return text + "end " + hexadecimal(checksum(text)) + "\n";
+    return text + "end " + hexadecimal_digest(text) + "\n";
 }
 
 Record parse_record(std::string_view text, const std::string& name) {

@@ -1,5 +1,7 @@
 #include "plan/bodies/critical_time_step.hpp"
 
+#include "layouts/network/network_geometry.hpp"
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -101,13 +103,8 @@ FrequencyBounds network_frequencies(const Network& network) {
     }
     const std::vector<double> spring_sum = row_sum;
     for (const Network::Cell& cell : network.cells) {
-        Eigen::Matrix3d edges = Eigen::Matrix3d::Zero();
-        for (int corner = 0; corner < 8; ++corner) {
-            const auto node = static_cast<std::size_t>(cell.nodes[static_cast<std::size_t>(corner)]);
-            const Vector3d x(network.rest_positions[node].data());
-            edges += x * ((2 * corner_position(corner) - Vector3d::Ones()) / 4).transpose();
-        }
-        const Vector3d a = edges.col(0), b = edges.col(1), c = edges.col(2);
+        const RestShape rest = rest_shape(network, cell);
+        const Vector3d a(&rest.edges[0]), b(&rest.edges[3]), c(&rest.edges[6]);
         const double volume = a.dot(b.cross(c));
         double sum = 0;
         double norm[8];

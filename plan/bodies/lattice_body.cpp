@@ -56,7 +56,7 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
                             LatticeRows rows)
     : Body<T>(options, lattice.grid_node_count(), kernel_volume(material), lattice_frequencies(lattice, material),
               material.stiffening),
-      layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, this->kernel_table().width)
+      layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, kernel_table().width)
                                           : flat_rows<T>(lattice, material)),
       material_(material), active_(rows == LatticeRows::active), face_diagonals_(material.face_diagonal_ratio > 0),
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.one_tile)),
@@ -111,7 +111,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     const bool lowest = slab == 0, highest = slab + 1 == slabs();
     AlignedArray<T>* const joins = state.buffers.data();
     AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
-    const auto& table = this->kernel_table();
+    const auto& table = kernel_table();
     const auto& layers = active_ ? table.active_layer : table.lattice_layer;
     const auto& tops = active_ ? table.active_top : table.lattice_top;
 
@@ -137,7 +137,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
         }
         const bool joined = k == first && !lowest;
         layer.finish = joined ? Finish::store : finish;
-        layers(face_diagonals_, this->volume(), this->accuracy())(layer);
+        layers(face_diagonals_, volume(), accuracy())(layer);
         if (joined && meetings.second_at(slab - 1)) {
             join(state, slab - 1, finish, step);
         }
@@ -149,7 +149,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     }
     if (highest) {
         layer.finish = finish;
-        tops(face_diagonals_, this->accuracy())(layer);
+        tops(face_diagonals_, accuracy())(layer);
     } else if (meetings.second_at(slab)) {
         join(state, slab, finish, step);
     }
@@ -166,7 +166,7 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
     }
     point_to(layer.above, state.buffers.data() + 6 * join + 3);
     layer.finish = finish;
-    this->kernel_table().lattice_join()(layer);
+    kernel_table().lattice_join()(layer);
 }
 
 template <class T>
@@ -185,8 +185,8 @@ std::vector<Stage> LatticeBody<T>::linear_force_stages(State<T>& state) const {
 
 template <class T>
 PotentialEnergy LatticeBody<T>::linear_energy(State<T>& state) const {
-    const auto& table = this->kernel_table();
-    const auto energy = (active_ ? table.active_energy : table.lattice_energy)(face_diagonals_, this->volume());
+    const auto& table = kernel_table();
+    const auto energy = (active_ ? table.active_energy : table.lattice_energy)(face_diagonals_, volume());
     const auto top = (active_ ? table.active_top_energy : table.lattice_top_energy)(face_diagonals_);
     std::vector<kernels::LayerEnergy> layers(layout_.planes);
     this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
@@ -247,8 +247,7 @@ void LatticeBody<T>::take_over(const Lattice& cut, std::span<const CutNode> node
 
 template <class T>
 void LatticeBody<T>::describe_layout(PlanDescription& d) const {
-    d.kernel = (active_ ? "active_layer" : "lattice_layer") +
-               lattice_variant(face_diagonals_, this->volume(), this->accuracy());
+    d.kernel = (active_ ? "active_layer" : "lattice_layer") + lattice_variant(face_diagonals_, volume(), accuracy());
     d.springs = springs_;
     d.cells = cells_;
     d.bytes = layout_.bytes();

@@ -37,6 +37,9 @@ public:
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
 
 private:
+    using Body<T>::accuracy;
+    using Body<T>::kernel_table;
+    using Body<T>::volume;
     using Layer = kernels::LatticeLayer<T>;
 
     State<T> linear_state(bool moving) const override;

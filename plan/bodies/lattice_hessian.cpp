@@ -75,8 +75,8 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringP
             layer.above[c] = state.buffers[6 * join + c].data();
         }
     };
-    const auto kernels = sweep_kernels<components>(this->kernel_table(), face_diagonals_,
-                                                   {pass.law, pass.cells(this->volume())}, this->accuracy());
+    const auto kernels =
+        sweep_kernels<components>(kernel_table(), face_diagonals_, {pass.law, pass.cells(volume())}, accuracy());
     const auto join = [=, this](std::size_t j) {
         auto layer = layer_at(slab_begin_[j + 1]);
         use_join_buffer(layer, j);
@@ -136,8 +136,8 @@ void LatticeBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
 
 template <class T>
 double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const {
-    const auto energy = this->kernel_table().lattice_stiffening_energy(face_diagonals_);
-    const auto top = this->kernel_table().lattice_top_stiffening_energy(face_diagonals_);
+    const auto energy = kernel_table().lattice_stiffening_energy(face_diagonals_);
+    const auto top = kernel_table().lattice_top_stiffening_energy(face_diagonals_);
     return layout_.cell_size * this->sum_of(layout_.planes, [&](std::size_t k) {
         kernels::LatticeHessianLayer<T, 3> layer = hessian_layer<3>(state, k, nullptr);
         layer.stiffening = constants;

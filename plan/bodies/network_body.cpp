@@ -86,19 +86,25 @@ double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) con
 }
 
 template <class T>
-std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
+template <class Springs, class Cells, class... Arguments>
+std::vector<Stage> NetworkBody<T>::color_stages(Springs on_springs, Cells on_cells,
+                                                const Arguments&... arguments) const {
     std::vector<Stage> stages;
     append_colors(
         layout_.springs.color_begin,
-        [kernel = this->kernel_table().soa_springs(this->accuracy()), springs = spring_arrays(),
-         nodes](auto begin, auto end) { kernel(springs, nodes, begin, end); },
+        [=, springs = spring_arrays()](auto begin, auto end) { on_springs(springs, arguments..., begin, end); },
         stages);
-    if (const auto kernel = this->kernel_table().soa_cells(this->volume())) {
+    if (on_cells) {
         append_colors(
             layout_.cells.color_begin,
-            [kernel, cells = cell_arrays(), nodes](auto begin, auto end) { kernel(cells, nodes, begin, end); }, stages);
+            [=, cells = cell_arrays()](auto begin, auto end) { on_cells(cells, arguments..., begin, end); }, stages);
     }
     return stages;
+}
+
+template <class T>
+std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
+    return color_stages(kernel_table().soa_springs(accuracy()), kernel_table().soa_cells(volume()), nodes);
 }
 
 template <class T>
@@ -115,13 +121,13 @@ PotentialEnergy NetworkBody<T>::linear_energy(State<T>& state) const {
     const auto springs = spring_arrays();
     PotentialEnergy energy;
     energy.springs = sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return this->kernel_table().soa_spring_energy()(springs, nodes, begin, end);
+        return kernel_table().soa_spring_energy()(springs, nodes, begin, end);
     });
-    if (this->volume() != kernels::Volume::none) {
+    if (volume() != kernels::Volume::none) {
         const auto cells = cell_arrays();
         energy.volume =
             sum_over_pieces(layout_.cells.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                return this->kernel_table().soa_cell_energy(this->volume())(cells, nodes, begin, end);
+                return kernel_table().soa_cell_energy(volume())(cells, nodes, begin, end);
             });
     }
     return energy;
@@ -145,42 +151,16 @@ std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPa
         nodes.product[c] = product[c].data();
     }
     nodes.stiffening = pass.stiffening;
-    std::vector<Stage> stages;
-    append_colors(
-        layout_.springs.color_begin,
-        [spring_product = this->kernel_table().soa_spring_product(pass.law, this->accuracy()),
-         springs = spring_arrays(), nodes](auto begin, auto end) { spring_product(springs, nodes, begin, end); },
-        stages);
-    if (const auto cell_product = this->kernel_table().soa_cell_product(pass.cells(this->volume()))) {
-        append_colors(
-            layout_.cells.color_begin,
-            [cell_product, cells = cell_arrays(), nodes](auto begin, auto end) {
-                cell_product(cells, nodes, begin, end);
-            },
-            stages);
-    }
-    return stages;
+    return color_stages(kernel_table().soa_spring_product(pass.law, accuracy()),
+                        kernel_table().soa_cell_product(pass.cells(volume())), nodes);
 }
 
 template <class T>
 void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     const auto nodes = hessian_arrays(state);
     const kernels::DiagonalBlocks<T> sums = this->cleared_blocks(layout_.size(), pass, blocks);
-    std::vector<Stage> stages;
-    append_colors(
-        layout_.springs.color_begin,
-        [spring_diagonal = this->kernel_table().soa_spring_diagonal(pass.law, this->accuracy()),
-         springs = spring_arrays(), nodes,
-         sums](auto begin, auto end) { spring_diagonal(springs, nodes, sums, begin, end); },
-        stages);
-    if (const auto cell_diagonal = this->kernel_table().soa_cell_diagonal(pass.cells(this->volume()))) {
-        append_colors(
-            layout_.cells.color_begin,
-            [cell_diagonal, cells = cell_arrays(), nodes, sums](auto begin, auto end) {
-                cell_diagonal(cells, nodes, sums, begin, end);
-            },
-            stages);
-    }
+    const auto stages = color_stages(kernel_table().soa_spring_diagonal(pass.law, accuracy()),
+                                     kernel_table().soa_cell_diagonal(pass.cells(volume())), nodes, sums);
     this->workers().run(stages, 1);
 }
 
@@ -190,7 +170,7 @@ double NetworkBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
     nodes.stiffening = constants;
     const auto springs = spring_arrays();
     return sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return this->kernel_table().soa_stiffening_energy()(springs, nodes, begin, end);
+        return kernel_table().soa_stiffening_energy()(springs, nodes, begin, end);
     });
 }
 
@@ -203,14 +183,14 @@ std::vector<Stage> NetworkBody<T>::linear_step_stages(State<T>& state, const Ste
     const auto nodes = node_arrays(state);
     std::vector<Stage> stages = accumulate(nodes);
     stages.push_back(in_pieces(0, layout_.size(),
-                               [integrate = this->kernel_table().soa_integrate(driven), constants,
+                               [integrate = kernel_table().soa_integrate(driven), constants,
                                 nodes](auto begin, auto end) { integrate(nodes, constants, begin, end); }));
     return stages;
 }
 
 template <class T>
 void NetworkBody<T>::describe_layout(PlanDescription& d) const {
-    d.kernel = network_kernels("network", this->volume(), this->accuracy());
+    d.kernel = network_kernels("network", volume(), accuracy());
     d.springs = layout_.spring_count;
     d.cells = layout_.cell_count;
     d.bytes = layout_.bytes();

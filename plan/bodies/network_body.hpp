@@ -25,6 +25,10 @@ public:
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
 
 private:
+    using Body<T>::accuracy;
+    using Body<T>::kernel_table;
+    using Body<T>::volume;
+
     State<T> linear_state(bool moving) const override;
     std::vector<Stage> linear_force_stages(State<T>& state) const override;
     PotentialEnergy linear_energy(State<T>& state) const override;
@@ -36,6 +40,9 @@ private:
     kernels::NodeArrays<T> node_arrays(State<T>& state) const;
     /// Without direction and product.
     kernels::HessianArrays<T> hessian_arrays(const State<T>& state) const;
+    /// Kernels of springs and, unless null, of cells, on the blocks of every colour, a stage a colour.
+    template <class Springs, class Cells, class... Arguments>
+    std::vector<Stage> color_stages(Springs on_springs, Cells on_cells, const Arguments&... arguments) const;
     /// What adds all forces to arrays that are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;
     template <class Visit>

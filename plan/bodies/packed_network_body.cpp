@@ -12,18 +12,6 @@ std::ptrdiff_t at(std::size_t i) {
     return static_cast<std::ptrdiff_t>(i);
 }
 
-/// visit(tile) for every tile, a stage a colour.
-template <class Layout, class Visit>
-std::vector<Stage> tile_stages(const Layout& layout, const Visit& visit) {
-    std::vector<Stage> stages;
-    for (std::size_t color = 0; color + 1 < layout.color_begin.size(); ++color) {
-        const std::size_t first = layout.color_begin[color];
-        stages.push_back({layout.color_begin[color + 1] - first,
-                          [&layout, visit, first](std::size_t i, std::size_t) { visit(layout.tiles[first + i]); }});
-    }
-    return stages;
-}
-
 /// The sum of energy(first, last) over pieces of a range. A tile may be the whole body, and one long sum, even in
 /// double, loses more digits than its terms do.
 template <class Energy>
@@ -41,7 +29,7 @@ double sum_over_pieces(std::size_t begin, std::size_t end, const Energy& energy)
 template <class T>
 PackedNetworkBody<T>::PackedNetworkBody(const Network& network, const PlanOptions& options)
     : Body<T>(options, network.masses.size(), kernel_volume(network), network_frequencies(network), network.stiffening),
-      layout_(network, this->kernel_table().width, options.one_tile), run_{0, 0, layout_.node_count} {}
+      layout_(network, kernel_table().width, options.one_tile), run_{0, 0, layout_.node_count} {}
 
 template <class T>
 State<T> PackedNetworkBody<T>::linear_state(bool moving) const {
@@ -63,33 +51,43 @@ kernels::CellRuns<T> PackedNetworkBody<T>::cell_runs() const {
 }
 
 template <class T>
-void PackedNetworkBody<T>::add_forces(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const {
-    this->kernel_table().run_springs(this->accuracy())(spring_runs(), nodes, at(tile.spring_run_begin),
-                                                       at(tile.spring_run_end));
-    if (const auto cells = this->kernel_table().run_cells(this->volume())) {
-        cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
+template <class SpringRuns, class CellRuns, class Springs, class Cells, class... Arguments>
+std::vector<Stage> PackedNetworkBody<T>::tile_stages(SpringRuns on_spring_runs, CellRuns on_cell_runs,
+                                                     Springs on_springs, Cells on_cells,
+                                                     const Arguments&... arguments) const {
+    std::vector<Stage> stages;
+    for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
+        const std::size_t first = layout_.color_begin[color];
+        stages.push_back(
+            {layout_.color_begin[color + 1] - first, [=, this](std::size_t i, std::size_t) {
+                 const NetworkTile& tile = layout_.tiles[first + i];
+                 on_spring_runs(spring_runs(), arguments..., at(tile.spring_run_begin), at(tile.spring_run_end));
+                 if (on_cell_runs) {
+                     on_cell_runs(cell_runs(), arguments..., at(tile.cell_run_begin), at(tile.cell_run_end));
+                 }
+                 on_springs(layout_.springs.data(), arguments..., at(tile.spring_begin), at(tile.spring_end));
+                 if (on_cells) {
+                     on_cells(layout_.cells.data(), arguments..., at(tile.cell_begin), at(tile.cell_end));
+                 }
+             }});
     }
-    this->kernel_table().packed_springs(this->accuracy())(layout_.springs.data(), nodes, at(tile.spring_begin),
-                                                          at(tile.spring_end));
-    if (const auto cells = this->kernel_table().packed_cells(this->volume())) {
-        cells(layout_.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
-    }
+    return stages;
 }
 
 template <class T>
 PotentialEnergy PackedNetworkBody<T>::energy(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const {
     PotentialEnergy energy;
     energy.springs = sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
-        return this->kernel_table().packed_spring_energy()(layout_.springs.data(), nodes, begin, end);
+        return kernel_table().packed_spring_energy()(layout_.springs.data(), nodes, begin, end);
     });
-    energy.springs += this->kernel_table().run_spring_energy()(spring_runs(), nodes, at(tile.spring_run_begin),
-                                                               at(tile.spring_run_end));
-    if (const auto cells = this->kernel_table().packed_cell_energy(this->volume())) {
+    energy.springs +=
+        kernel_table().run_spring_energy()(spring_runs(), nodes, at(tile.spring_run_begin), at(tile.spring_run_end));
+    if (const auto cells = kernel_table().packed_cell_energy(volume())) {
         energy.volume = sum_over_pieces(tile.cell_begin, tile.cell_end, [&](auto begin, auto end) {
             return cells(layout_.cells.data(), nodes, begin, end);
         });
     }
-    if (const auto cells = this->kernel_table().run_cell_energy(this->volume())) {
+    if (const auto cells = kernel_table().run_cell_energy(volume())) {
         energy.volume += cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
     return energy;
@@ -98,46 +96,18 @@ PotentialEnergy PackedNetworkBody<T>::energy(const NetworkTile& tile, const kern
 template <class T>
 double PackedNetworkBody<T>::stiffening_energy(const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const {
     const double runs = sum_over_pieces(tile.spring_run_begin, tile.spring_run_end, [&](auto begin, auto end) {
-        return this->kernel_table().run_stiffening_energy()(spring_runs(), nodes, begin, end);
+        return kernel_table().run_stiffening_energy()(spring_runs(), nodes, begin, end);
     });
     return runs + sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
-               return this->kernel_table().packed_stiffening_energy()(layout_.springs.data(), nodes, begin, end);
+               return kernel_table().packed_stiffening_energy()(layout_.springs.data(), nodes, begin, end);
            });
 }
 
 template <class T>
-void PackedNetworkBody<T>::add_products(const SpringPass<T>& pass, const NetworkTile& tile,
-                                        const kernels::PackedHessian<T>& nodes) const {
-    this->kernel_table().run_spring_product(pass.law, this->accuracy())(spring_runs(), nodes, at(tile.spring_run_begin),
-                                                                        at(tile.spring_run_end));
-    if (const auto cells = this->kernel_table().run_cell_product(pass.cells(this->volume()))) {
-        cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
-    }
-    this->kernel_table().packed_spring_product(pass.law, this->accuracy())(layout_.springs.data(), nodes,
-                                                                           at(tile.spring_begin), at(tile.spring_end));
-    if (const auto cells = this->kernel_table().packed_cell_product(pass.cells(this->volume()))) {
-        cells(layout_.cells.data(), nodes, at(tile.cell_begin), at(tile.cell_end));
-    }
-}
-
-template <class T>
-void PackedNetworkBody<T>::add_diagonals(const SpringPass<T>& pass, const NetworkTile& tile, const T* displacement,
-                                         const kernels::DiagonalBlocks<T>& sums) const {
-    this->kernel_table().run_spring_diagonal(pass.law, this->accuracy())(
-        spring_runs(), displacement, sums, at(tile.spring_run_begin), at(tile.spring_run_end));
-    if (const auto cells = this->kernel_table().run_cell_diagonal(pass.cells(this->volume()))) {
-        cells(cell_runs(), displacement, sums, at(tile.cell_run_begin), at(tile.cell_run_end));
-    }
-    this->kernel_table().packed_spring_diagonal(pass.law, this->accuracy())(layout_.springs.data(), displacement, sums,
-                                                                            at(tile.spring_begin), at(tile.spring_end));
-    if (const auto cells = this->kernel_table().packed_cell_diagonal(pass.cells(this->volume()))) {
-        cells(layout_.cells.data(), displacement, sums, at(tile.cell_begin), at(tile.cell_end));
-    }
-}
-
-template <class T>
 std::vector<Stage> PackedNetworkBody<T>::accumulate(const kernels::PackedNodes<T>& nodes) const {
-    return tile_stages(layout_, [=, this](const NetworkTile& tile) { add_forces(tile, nodes); });
+    const auto& table = kernel_table();
+    return tile_stages(table.run_springs(accuracy()), table.run_cells(volume()), table.packed_springs(accuracy()),
+                       table.packed_cells(volume()), nodes);
 }
 
 template <class T>
@@ -167,16 +137,22 @@ std::vector<Stage> PackedNetworkBody<T>::spring_stages(State<T>& state, const Sp
                                                        const NodeField<T>* direction, NodeField<T>& product) const {
     const kernels::PackedHessian<T> nodes{state.displacement[0].data(), direction ? (*direction)[0].data() : nullptr,
                                           product[0].data(), pass.stiffening};
-    return tile_stages(layout_, [=, this](const NetworkTile& tile) { add_products(pass, tile, nodes); });
+    const auto& table = kernel_table();
+    const kernels::Volume cells = pass.cells(volume());
+    return tile_stages(table.run_spring_product(pass.law, accuracy()), table.run_cell_product(cells),
+                       table.packed_spring_product(pass.law, accuracy()), table.packed_cell_product(cells), nodes);
 }
 
 template <class T>
 void PackedNetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
                                            AlignedArray<T> (&blocks)[6]) const {
     const kernels::DiagonalBlocks<T> sums = this->cleared_blocks(layout_.size(), pass, blocks);
+    const auto& table = kernel_table();
+    const kernels::Volume cells = pass.cells(volume());
     const T* const displacement = state.displacement[0].data();
-    const auto stages =
-        tile_stages(layout_, [&](const NetworkTile& tile) { add_diagonals(pass, tile, displacement, sums); });
+    const auto stages = tile_stages(table.run_spring_diagonal(pass.law, accuracy()), table.run_cell_diagonal(cells),
+                                    table.packed_spring_diagonal(pass.law, accuracy()),
+                                    table.packed_cell_diagonal(cells), displacement, sums);
     this->workers().run(stages, 1);
 }
 
@@ -191,7 +167,7 @@ double PackedNetworkBody<T>::stiffening_energy(State<T>& state,
 template <class T>
 std::vector<Stage> PackedNetworkBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
     const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
-    const auto integrate = this->kernel_table().packed_integrate(is_driven(parameters));
+    const auto integrate = kernel_table().packed_integrate(is_driven(parameters));
     // The integrating kernel leaves the forces zero for the next step.
     this->clear_like(state.displacement, state.force);
     const auto nodes = packed_nodes(state);
@@ -206,7 +182,7 @@ std::vector<Stage> PackedNetworkBody<T>::linear_step_stages(State<T>& state, con
 
 template <class T>
 void PackedNetworkBody<T>::describe_layout(PlanDescription& d) const {
-    d.kernel = network_kernels("packed", this->volume(), this->accuracy());
+    d.kernel = network_kernels("packed", volume(), accuracy());
     d.springs = layout_.spring_count;
     d.cells = layout_.cell_count;
     d.bytes = layout_.bytes();

@@ -26,6 +26,10 @@ public:
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
 
 private:
+    using Body<T>::accuracy;
+    using Body<T>::kernel_table;
+    using Body<T>::volume;
+
     State<T> linear_state(bool moving) const override;
     std::vector<Stage> linear_force_stages(State<T>& state) const override;
     PotentialEnergy linear_energy(State<T>& state) const override;
@@ -34,13 +38,12 @@ private:
 
     kernels::SpringRuns<T> spring_runs() const;
     kernels::CellRuns<T> cell_runs() const;
-    void add_forces(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const;
     PotentialEnergy energy(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const;
     double stiffening_energy(const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const;
-    /// By the elastic law with the products, or blocks, of the cells.
-    void add_products(const SpringPass<T>& pass, const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const;
-    void add_diagonals(const SpringPass<T>& pass, const NetworkTile& tile, const T* displacement,
-                       const kernels::DiagonalBlocks<T>& sums) const;
+    /// Kernels of springs and, unless null, of cells, each in runs and in blocks, on every tile: a stage a colour.
+    template <class SpringRuns, class CellRuns, class Springs, class Cells, class... Arguments>
+    std::vector<Stage> tile_stages(SpringRuns on_spring_runs, CellRuns on_cell_runs, Springs on_springs, Cells on_cells,
+                                   const Arguments&... arguments) const;
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;

@@ -1,8 +1,11 @@
 #pragma once
 
+#include "layouts/messages.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace hybmss {
@@ -29,5 +32,12 @@ public:
 private:
     std::uint64_t value_ = 0xcbf29ce484222325u;
 };
+
+/// Of a text, in 16 hexadecimal digits.
+inline std::string hexadecimal_digest(std::string_view text) {
+    Digest digest;
+    digest.add(text);
+    return printed("%016llx", static_cast<unsigned long long>(digest.value()));
+}
 
 } // namespace hybmss

@@ -43,13 +43,23 @@ public:
           candidates_(candidates(subject.layouts, options, subject.nodes)),
           key_((operation == Operation::step ? "step " : "forces ") + subject.body_class + " " + wish_class(options)) {}
 
-    PlannedBody<T> measured() {
-        if (const double seconds = options_.measure_seconds; !(seconds > 0) || !std::isfinite(seconds)) {
+    PlannedBody<T> planned() const {
+        const bool stored = options_.effort == Effort::stored;
+        if (stored && !options_.wisdom) {
+            throw std::invalid_argument("effort = stored is not allowed without wisdom: name some, or take another "
+                                        "effort (estimate, measure)");
+        }
+        if (const double seconds = options_.measure_seconds; !stored && !(seconds > 0 && std::isfinite(seconds))) {
             refuse_value("measure_seconds", seconds, "finite and above 0");
         }
         if (const std::optional<WisdomEntry> entry = known()) {
             return make(entry->choice, "wisdom for this class of body: " + comparison(*entry, candidates_.front()),
                         entry->figures);
+        }
+        if (stored) {
+            throw std::invalid_argument("effort = stored: none of the " + std::to_string(options_.wisdom->entries()) +
+                                        " entries of the wisdom fits \"" + key_ +
+                                        "\": measure it first (hybmss tune), or take another effort");
         }
         if (candidates_.size() == 1) {
             return make(candidates_.front(), "the options leave this candidate alone", {});
@@ -65,21 +75,6 @@ public:
             WisdomStore::put(*options_.wisdom, key_, std::move(entry));
         }
         return planned;
-    }
-
-    PlannedBody<T> stored() const {
-        if (!options_.wisdom) {
-            throw std::invalid_argument("effort = stored is not allowed without wisdom: name some, or take another "
-                                        "effort (estimate, measure)");
-        }
-        const std::optional<WisdomEntry> entry = known();
-        if (!entry) {
-            throw std::invalid_argument("effort = stored: none of the " + std::to_string(options_.wisdom->entries()) +
-                                        " entries of the wisdom fits \"" + key_ +
-                                        "\": measure it first (hybmss tune), or take another effort");
-        }
-        return make(entry->choice, "wisdom for this class of body: " + comparison(*entry, candidates_.front()),
-                    entry->figures);
     }
 
 private:
@@ -117,12 +112,6 @@ private:
     std::vector<Candidate> candidates_;
     std::string key_;
 };
-
-template <class T>
-PlannedBody<T> plan(const TunerSubject<T>& subject, const PlanOptions& options, Operation operation) {
-    Planner<T> planner(subject, options, operation);
-    return options.effort == Effort::stored ? planner.stored() : planner.measured();
-}
 
 /// No subject is made for an estimate: its class costs a pass over the body. Nor for a layout that is not known:
 /// make_body refuses it.
@@ -185,7 +174,7 @@ PlannedBody<T> plan_body(const Lattice& lattice, const Material& material, const
         return fixed(make_body<T>(lattice, material, options), options);
     }
     validate(material);
-    return plan(subject_of<T>(lattice, material), options, operation);
+    return Planner<T>(subject_of<T>(lattice, material), options, operation).planned();
 }
 
 template <class T>
@@ -195,7 +184,7 @@ PlannedBody<T> plan_body(const Network& network, const PlanOptions& given, Opera
         return fixed(make_body<T>(network, options), options);
     }
     validate(network);
-    return plan(subject_of<T>(network), options, operation);
+    return Planner<T>(subject_of<T>(network), options, operation).planned();
 }
 
 template struct PlannedBody<float>;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "plan/tuning/candidates.hpp"
+#include "plan/tuning/trials.hpp"
 #include "plan/tuning/tuner_subject.hpp"
 #include "plan/tuning/wisdom_store.hpp"
 
@@ -9,9 +10,6 @@
 #include <vector>
 
 namespace hybmss {
-
-/// Takes that many steps of one candidate and returns the seconds they took.
-using Trial = std::function<double(long steps)>;
 
 struct TrialTiming {
     double seconds_a_step;

@@ -66,6 +66,15 @@ std::vector<std::string> layouts_of(const Lattice& lattice) {
     return layouts;
 }
 
+/// The subject of a piece, which it owns.
+template <class T, class Piece>
+TunerSubject<T> owned_subject(Piece part, const auto&... material) {
+    const auto piece = std::make_shared<Piece>(std::move(part));
+    TunerSubject<T> subject = subject_of<T>(*piece, material...);
+    subject.make = [piece, make = std::move(subject.make)](const PlanOptions& options) { return make(options); };
+    return subject;
+}
+
 } // namespace
 
 Lattice sample_of(const Lattice& lattice, std::size_t most_nodes) {
@@ -162,12 +171,7 @@ TunerSubject<T> subject_of(const Lattice& lattice, const Material& material) {
             cells ? cells : 1,
             [&lattice, &material](const PlanOptions& options) { return make_body<T>(lattice, material, options); },
             [&lattice, &material](std::size_t most_nodes) {
-                const auto piece = std::make_shared<Lattice>(sample_of(lattice, most_nodes));
-                TunerSubject<T> sample = subject_of<T>(*piece, material);
-                sample.make = [piece, make = std::move(sample.make)](const PlanOptions& options) {
-                    return make(options);
-                };
-                return sample;
+                return owned_subject<T>(sample_of(lattice, most_nodes), material);
             }};
 }
 
@@ -180,12 +184,7 @@ TunerSubject<T> subject_of(const Network& network) {
             network.cells.empty() ? nodes : network.cells.size(),
             [&network](const PlanOptions& options) { return make_body<T>(network, options); },
             [&network](std::size_t most_nodes) {
-                const auto piece = std::make_shared<Network>(sample_of(network, most_nodes));
-                TunerSubject<T> sample = subject_of<T>(*piece);
-                sample.make = [piece, make = std::move(sample.make)](const PlanOptions& options) {
-                    return make(options);
-                };
-                return sample;
+                return owned_subject<T>(sample_of(network, most_nodes));
             }};
 }
 

@@ -13,7 +13,6 @@
 namespace hybmss {
 namespace {
 
-constexpr std::string_view kSchema = "4";
 constexpr std::string_view kChecksum = "checksum = ";
 
 // ---- where wisdom comes from
@@ -24,10 +23,11 @@ struct WisdomFact {
     std::string otherwise; ///< what wisdom is that says something else: "foreign" or "stale", and why
 };
 
-/// Library version, CPU model, instruction sets, layouts and a digest of the kernels, in the order in which a file
-/// holds them.
+/// Schema, library version, CPU model, instruction sets, layouts and a digest of the kernels, in the order in which a
+/// file holds them.
 std::vector<WisdomFact> wisdom_facts() {
-    return {{"version", kVersion, "stale: written by another version of hybmss"},
+    return {{"schema", "4", "foreign: written in another schema"},
+            {"version", kVersion, "stale: written by another version of hybmss"},
             {"cpu", cpu_model(), "foreign: measured on another CPU"},
             {"instruction_sets", instruction_set_names(), "foreign: measured with other instruction sets"},
             {"lattice_layouts", joined(lattice_layouts(), " "), "stale: measured among other lattice layouts"},
@@ -67,6 +67,14 @@ public:
             return;
         }
         line_ = {number_ + 1, {}, {}};
+    }
+
+    /// Of the line at hand, whose key must be this one.
+    std::string_view value_of(const std::string& key) const {
+        if (line_.key != key) {
+            refuse("damaged: the key \"" + shown(line_.key) + "\" stands where \"" + key + "\" must");
+        }
+        return line_.value;
     }
 
     [[noreturn]] void refuse(const std::string& reason) const {
@@ -109,14 +117,9 @@ std::string_view checked_body(std::string_view text, const std::string& name) {
 }
 
 /// "KEY = VALUE", as this build on this machine would write it.
-void require(Lines& lines, std::string_view key, std::string_view value, const std::string& otherwise) {
-    const Line& line = lines.line();
-    if (line.key != key) {
-        lines.refuse("damaged: the key \"" + Lines::shown(line.key) + "\" stands where \"" + std::string(key) +
-                     "\" must");
-    }
-    if (line.value != value) {
-        lines.refuse(otherwise + " (there: " + Lines::shown(line.value) + "; here: " + std::string(value) + ")");
+void require(Lines& lines, const WisdomFact& fact) {
+    if (const std::string_view value = lines.value_of(fact.key); value != fact.value) {
+        lines.refuse(fact.otherwise + " (there: " + Lines::shown(value) + "; here: " + fact.value + ")");
     }
     lines.next();
 }
@@ -145,10 +148,7 @@ CandidateFigure parse_figure(const Lines& lines) {
 }
 
 WisdomEntry parse_entry(Lines& lines) {
-    if (lines.line().key != "choice") {
-        lines.refuse("damaged: the key \"" + Lines::shown(lines.line().key) + "\" stands where \"choice\" must");
-    }
-    const std::string chosen(lines.line().value);
+    const std::string chosen(lines.value_of("choice"));
     const std::optional<Candidate> choice = parse_candidate(chosen);
     if (!choice) {
         lines.refuse("damaged: the choice \"" + Lines::shown(chosen) +
@@ -198,14 +198,11 @@ std::string instruction_set_names() {
 }
 
 std::string wisdom_checksum_line(std::string_view body) {
-    Digest digest;
-    digest.add(body);
-    return printed("%s%016llx\n", kChecksum.data(), static_cast<unsigned long long>(digest.value()));
+    return std::string(kChecksum) + hexadecimal_digest(body) + "\n";
 }
 
 std::string wisdom_text(const WisdomEntries& entries) {
     std::string text = "# What hybmss measured. The checksum at the end refuses changes by hand.\n";
-    text += "schema = " + std::string(kSchema) + "\n";
     for (const WisdomFact& fact : wisdom_facts()) {
         text += fact.key + " = " + fact.value + "\n";
     }
@@ -220,21 +217,18 @@ std::string wisdom_text(const WisdomEntries& entries) {
 }
 
 WisdomEntries parse_wisdom(std::string_view text, const std::string& name) {
+    const std::vector<WisdomFact> facts = wisdom_facts();
     // The schema before the checksum: another schema may sum otherwise.
     Lines head(text, name);
-    require(head, "schema", kSchema, "foreign: written in another schema");
+    require(head, facts.front());
 
     Lines lines(checked_body(text, name), name);
-    lines.next();
-    for (const WisdomFact& fact : wisdom_facts()) {
-        require(lines, fact.key, fact.value, fact.otherwise);
+    for (const WisdomFact& fact : facts) {
+        require(lines, fact);
     }
     WisdomEntries entries;
     while (!lines.line().key.empty()) {
-        if (lines.line().key != "body") {
-            lines.refuse("damaged: the key \"" + Lines::shown(lines.line().key) + "\" stands where \"body\" must");
-        }
-        const std::string key(lines.line().value);
+        const std::string key(lines.value_of("body"));
         if (entries.contains(key)) {
             lines.refuse("damaged: a second entry for \"" + Lines::shown(key) + "\"");
         }

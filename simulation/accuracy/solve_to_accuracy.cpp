@@ -123,17 +123,9 @@ public:
         const auto whole = static_cast<std::int64_t>(multiple);
         offer.cells = family_.cells(whole);
         offer.cell_size = family_.cell_size(whole);
-        SceneBody body = scene_.body;
-        body.labels.clear();
-        body.cells = offer.cells;
-        SimulationOptions options = options_.simulation;
-        options.precision = offer.precision;
-        offer.bytes = estimated_bytes(body, options);
-        double nodes = 1;
-        for (const std::int64_t n : offer.cells) {
-            nodes *= static_cast<double>(n) + 1;
-        }
-        offer.fits = nodes <= Lattice::kMostNodes && offer.bytes <= available_bytes();
+        const auto [nodes, bytes] = room_of(offer.cells, offer.precision);
+        offer.bytes = bytes;
+        offer.fits = nodes <= Lattice::kMostNodes && bytes <= available_bytes();
         // A digit in double takes about as long as two in float.
         offer.seconds = expected_seconds(multiple) * (offer.precision == report_.precision    ? 1
                                                       : offer.precision == Precision::float64 ? 2
@@ -151,13 +143,9 @@ public:
 
     /// Throws where the mesh for the wish does not fit.
     void require_room(std::int64_t multiple) const {
-        SceneBody body = scene_.body;
-        body.cells = family_.cells(multiple);
-        SimulationOptions options = options_.simulation;
-        options.precision = report_.precision;
-        const double nodes = static_cast<double>(body.cells[0] + 1) * static_cast<double>(body.cells[1] + 1) *
-                             static_cast<double>(body.cells[2] + 1);
-        const double bytes = estimated_bytes(body, options), available = available_bytes();
+        const std::array<std::int64_t, 3> cells = family_.cells(multiple);
+        const auto [nodes, bytes] = room_of(cells, report_.precision);
+        const double available = available_bytes();
         if (bytes > available || nodes > Lattice::kMostNodes) {
             // estimate_.error is that of the last mesh; the finest that fits has some 1/3 power of the room more.
             const double room = std::cbrt(std::min(available / bytes, Lattice::kMostNodes / nodes)) *
@@ -165,8 +153,8 @@ public:
             throw scene_error(scene_, "solver.accuracy",
                               printed("it needs about %lld x %lld x %lld cells (%.3g GB; %.3g GB are free); about %.2g "
                                       "or more can be had here",
-                                      static_cast<long long>(body.cells[0]), static_cast<long long>(body.cells[1]),
-                                      static_cast<long long>(body.cells[2]), bytes / 1e9, available / 1e9,
+                                      static_cast<long long>(cells[0]), static_cast<long long>(cells[1]),
+                                      static_cast<long long>(cells[2]), bytes / 1e9, available / 1e9,
                                       estimate_.error / std::pow(room, estimate_.order) / kMeshShare));
         }
     }
@@ -197,6 +185,19 @@ private:
         return scene_.solver.tolerance.value_or(tolerance_for(accuracy, type));
     }
 
+    /// Nodes and bytes that a mesh takes.
+    std::pair<double, double> room_of(const std::array<std::int64_t, 3>& cells, Precision type) const {
+        SceneBody body = scene_.body;
+        body.labels.clear();
+        body.cells = cells;
+        SimulationOptions options = options_.simulation;
+        options.precision = type;
+        double nodes = 1;
+        for (const std::int64_t n : cells) {
+            nodes *= static_cast<double>(n) + 1;
+        }
+        return {nodes, estimated_bytes(body, options)};
+    }
     /// `exact`, which is asked for its bits, stays.
     Accuracy kernel(double tolerance, Precision type) const {
         return options_.simulation.plan.accuracy == Accuracy::exact ? Accuracy::exact : kernel_for(tolerance, type);

@@ -81,10 +81,6 @@ Kinematics moved(const Move& move, const Vector3& rest, const Vector3& center, d
     return moved_along(move, rest, center, ramp(time, move.over));
 }
 
-Vector3 moved_part(const Move& move, const Vector3& rest, const Vector3& center, double fraction) {
-    return moved_along(move, rest, center, {fraction, 0, 0}).displacement;
-}
-
 std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3> rest, const Region& region,
                                     const std::string& path) {
     std::vector<std::uint32_t> nodes = select_nodes(rest, scene.body.cell_size, region);
@@ -176,7 +172,7 @@ std::span<const PrescribedNode> Supports::at(double time) {
 
 std::span<const PrescribedNode> Supports::at_part(double fraction) {
     return set([fraction](const Move& move, const Vector3& rest, const Vector3& center) {
-        return Kinematics{moved_part(move, rest, center, fraction), {}, {}};
+        return Kinematics{moved_along(move, rest, center, {fraction, 0, 0}).displacement, {}, {}};
     });
 }
 

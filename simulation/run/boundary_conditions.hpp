@@ -34,9 +34,6 @@ struct Kinematics {
     Vector3 acceleration = {0, 0, 0};
 };
 
-/// Where a node stands when the part `fraction` of the way is done: of the translation, or of the angle.
-Vector3 moved_part(const Move& move, const Vector3& rest, const Vector3& center, double fraction);
-
 /// The state at `time` of the node at `rest`; rotations turn about the axis through `center`.
 Kinematics moved(const Move& move, const Vector3& rest, const Vector3& center, double time);
 
