@@ -183,9 +183,7 @@ TunerSubject<T> subject_of(const Network& network) {
             nodes,
             network.cells.empty() ? nodes : network.cells.size(),
             [&network](const PlanOptions& options) { return make_body<T>(network, options); },
-            [&network](std::size_t most_nodes) {
-                return owned_subject<T>(sample_of(network, most_nodes));
-            }};
+            [&network](std::size_t most_nodes) { return owned_subject<T>(sample_of(network, most_nodes)); }};
 }
 
 template TunerSubject<float> subject_of(const Lattice&, const Material&);
