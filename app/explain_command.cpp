@@ -69,9 +69,9 @@ double seconds_of(TimedScene& timed, long steps) {
 double difference(TimedScene& with, TimedScene& rest) {
     constexpr int kRounds = 11;
     constexpr double kSliceSeconds = 0.005;
-    Interleaved interleaved({[&](long steps) { return seconds_of(with, steps); },
-                                    [&](long steps) { return seconds_of(rest, steps); }},
-                                   kSliceSeconds);
+    Interleaved interleaved(
+        {[&](long steps) { return seconds_of(with, steps); }, [&](long steps) { return seconds_of(rest, steps); }},
+        kSliceSeconds);
     std::vector<double> differences;
     for (int round = 0; round < kRounds; ++round) {
         const std::vector<double> seconds = interleaved.next();

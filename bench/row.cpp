@@ -15,63 +15,63 @@ namespace {
 class RowReporter : public benchmark::BenchmarkReporter {
 public:
     RowReporter(const std::vector<Row>& rows, std::string introduction, std::ostream& table, std::ostream* json)
-    : introduction_(std::move(introduction)), table_(table), write_json_(json != nullptr) {
-    for (const Row& row : rows) {
-        rows_.emplace(row.name, &row);
-    }
-    if (write_json_) {
-        json_.SetOutputStream(json);
-        json_.SetErrorStream(json);
-    }
-}
-
-bool ReportContext(const Context& context) override {
-    for (const auto& [key, value] : machine_description()) {
-        benchmark::AddCustomContext(key, value);
-    }
-    table_ << machine_line() << '\n' << introduction_;
-    return !write_json_ || json_.ReportContext(context);
-}
-
-void ReportRuns(const std::vector<Run>& runs) override {
-    std::vector<Run> named = runs;
-    for (Run& run : named) {
-        // Google Benchmark appends how it was told to measure; a row's name says what was measured only.
-        run.run_name = {};
-        run.run_name.function_name = runs.front().run_name.function_name;
-        const auto found = rows_.find(run.run_name.function_name);
-        if (found == rows_.end()) {
-            continue;
+        : introduction_(std::move(introduction)), table_(table), write_json_(json != nullptr) {
+        for (const Row& row : rows) {
+            rows_.emplace(row.name, &row);
         }
-        run.threads = found->second->threads;
-        failed_ = failed_ || run.error_occurred;
-        print(*found->second, run);
+        if (write_json_) {
+            json_.SetOutputStream(json);
+            json_.SetErrorStream(json);
+        }
     }
-    if (write_json_) {
-        json_.ReportRuns(named);
-    }
-}
 
-void Finalize() override {
-    if (write_json_) {
-        json_.Finalize();
+    bool ReportContext(const Context& context) override {
+        for (const auto& [key, value] : machine_description()) {
+            benchmark::AddCustomContext(key, value);
+        }
+        table_ << machine_line() << '\n' << introduction_;
+        return !write_json_ || json_.ReportContext(context);
     }
-}
 
-bool failed() const { return failed_; }
+    void ReportRuns(const std::vector<Run>& runs) override {
+        std::vector<Run> named = runs;
+        for (Run& run : named) {
+            // Google Benchmark appends how it was told to measure; a row's name says what was measured only.
+            run.run_name = {};
+            run.run_name.function_name = runs.front().run_name.function_name;
+            const auto found = rows_.find(run.run_name.function_name);
+            if (found == rows_.end()) {
+                continue;
+            }
+            run.threads = found->second->threads;
+            failed_ = failed_ || run.error_occurred;
+            print(*found->second, run);
+        }
+        if (write_json_) {
+            json_.ReportRuns(named);
+        }
+    }
+
+    void Finalize() override {
+        if (write_json_) {
+            json_.Finalize();
+        }
+    }
+
+    bool failed() const { return failed_; }
 
 private:
-void print(const Row& row, const Run& run) {
-    if (row.heading != heading_) {
-        table_ << (heading_.empty() ? "" : "\n") << row.heading << '\n';
-        heading_ = row.heading;
+    void print(const Row& row, const Run& run) {
+        if (row.heading != heading_) {
+            table_ << (heading_.empty() ? "" : "\n") << row.heading << '\n';
+            heading_ = row.heading;
+        }
+        if (run.error_occurred) {
+            table_ << "    " << row.name << ": " << run.error_message << std::endl;
+        } else {
+            table_ << row.line(run) << std::endl;
+        }
     }
-    if (run.error_occurred) {
-        table_ << "    " << row.name << ": " << run.error_message << std::endl;
-    } else {
-        table_ << row.line(run) << std::endl;
-    }
-}
 
     std::map<std::string, const Row*> rows_;
     std::string introduction_;

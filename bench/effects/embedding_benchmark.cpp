@@ -137,7 +137,8 @@ void time(benchmark::State& state, const Work& work, const Work& against) {
 void measure(benchmark::State& state, const Comparison& comparison) {
     if (!comparison.work) {
         InPages pages(comparison.edge, true), usual(comparison.edge, false);
-        time(state, [&](long count) { pages.step(count); }, [&](long count) { usual.step(count); });
+        time(
+            state, [&](long count) { pages.step(count); }, [&](long count) { usual.step(count); });
         return;
     }
     Caller caller(comparison.edge);

@@ -6,7 +6,6 @@
 #include "plan/tuning/wisdom_store.hpp"
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 namespace hybmss {
