@@ -138,21 +138,21 @@ void ExplicitDynamics<T>::set_effect_memory(std::span<const double> memory) {
     }
 }
 
-#define HYBMSS_INSTANTIATE(T) \
-    template void ExplicitDynamics<T>::get_displacements(VectorField<T>) const; \
-    template void ExplicitDynamics<T>::get_velocities(VectorField<T>) const; \
-    template void ExplicitDynamics<T>::set_displacements(VectorField<const T>); \
-    template void ExplicitDynamics<T>::set_velocities(VectorField<const T>); \
-    template std::vector<T> ExplicitDynamics<T>::exact_state() const; \
-    template void ExplicitDynamics<T>::set_exact_state(std::span<const T>); \
-    template void ExplicitDynamics<T>::get_forces(VectorField<T>) const; \
-    template std::span<const double> ExplicitDynamics<T>::masses() const; \
-    template PotentialEnergy ExplicitDynamics<T>::potential_energy() const; \
-    template double ExplicitDynamics<T>::kinetic_energy() const; \
-    template double ExplicitDynamics<T>::critical_time_step() const; \
-    template void ExplicitDynamics<T>::get_effect_forces(VectorField<T>) const; \
-    template std::vector<EffectEnergy> ExplicitDynamics<T>::effect_energies() const; \
-    template std::vector<double> ExplicitDynamics<T>::effect_memory() const; \
+#define HYBMSS_INSTANTIATE(T)                                                                                          \
+    template void ExplicitDynamics<T>::get_displacements(VectorField<T>) const;                                        \
+    template void ExplicitDynamics<T>::get_velocities(VectorField<T>) const;                                           \
+    template void ExplicitDynamics<T>::set_displacements(VectorField<const T>);                                        \
+    template void ExplicitDynamics<T>::set_velocities(VectorField<const T>);                                           \
+    template std::vector<T> ExplicitDynamics<T>::exact_state() const;                                                  \
+    template void ExplicitDynamics<T>::set_exact_state(std::span<const T>);                                            \
+    template void ExplicitDynamics<T>::get_forces(VectorField<T>) const;                                               \
+    template std::span<const double> ExplicitDynamics<T>::masses() const;                                              \
+    template PotentialEnergy ExplicitDynamics<T>::potential_energy() const;                                            \
+    template double ExplicitDynamics<T>::kinetic_energy() const;                                                       \
+    template double ExplicitDynamics<T>::critical_time_step() const;                                                   \
+    template void ExplicitDynamics<T>::get_effect_forces(VectorField<T>) const;                                        \
+    template std::vector<EffectEnergy> ExplicitDynamics<T>::effect_energies() const;                                   \
+    template std::vector<double> ExplicitDynamics<T>::effect_memory() const;                                           \
     template void ExplicitDynamics<T>::set_effect_memory(std::span<const double>)
 
 HYBMSS_INSTANTIATE(float);
