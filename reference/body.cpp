@@ -9,30 +9,22 @@
 namespace hybmss::reference {
 namespace {
 
-/// The grid indices of a cell's corners, in corner order.
-std::array<std::size_t, 8> corner_grid_nodes(const std::array<int, 3>& cells, int i, int j, int k) {
-    const auto row = static_cast<std::size_t>(cells[0] + 1);
-    const auto rows = static_cast<std::size_t>(cells[1] + 1);
-    std::array<std::size_t, 8> corners{};
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-        const std::size_t x = static_cast<std::size_t>(i) + (corner & 1);
-        const std::size_t y = static_cast<std::size_t>(j) + (corner >> 1 & 1);
-        const std::size_t z = static_cast<std::size_t>(k) + (corner >> 2 & 1);
-        corners[corner] = x + row * (y + rows * z);
-    }
-    return corners;
-}
-
+/// visit(the grid indices of a cell's corners in corner order, its scale)
 template <class Visit>
 void for_each_filled_cell(const Lattice& lattice, Visit visit) {
     const auto [nx, ny, nz] = lattice.cells();
     for (int k = 0; k < nz; ++k) {
         for (int j = 0; j < ny; ++j) {
             for (int i = 0; i < nx; ++i) {
-                if (lattice.cell_scale(i, j, k) > 0) {
-                    visit(corner_grid_nodes(lattice.cells(), i, j, k),
-                          static_cast<double>(lattice.cell_scale(i, j, k)));
+                if (!(lattice.cell_scale(i, j, k) > 0)) {
+                    continue;
                 }
+                std::array<std::size_t, 8> corners{};
+                for (int c = 0; c < 8; ++c) {
+                    corners[static_cast<std::size_t>(c)] =
+                        lattice.grid_node_index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+                }
+                visit(corners, static_cast<double>(lattice.cell_scale(i, j, k)));
             }
         }
     }
@@ -40,9 +32,7 @@ void for_each_filled_cell(const Lattice& lattice, Visit visit) {
 
 /// Numbers the grid nodes that touch a cell, in grid order; -1 for the others.
 std::vector<int> number_nodes(const Lattice& lattice) {
-    const auto [nx, ny, nz] = lattice.cells();
-    std::vector<int> number(
-        static_cast<std::size_t>(nx + 1) * static_cast<std::size_t>(ny + 1) * static_cast<std::size_t>(nz + 1), -1);
+    std::vector<int> number(lattice.grid_node_count(), -1);
     for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double) {
         for (std::size_t corner : corners) {
             number[corner] = 0;

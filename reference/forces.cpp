@@ -59,6 +59,10 @@ Corners gather(const Cell& cell, std::span<const Vector3d> u) {
     return corners;
 }
 
+auto block_of(const Matrix24d& matrix, std::size_t i, std::size_t j) {
+    return matrix.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
+}
+
 } // namespace
 
 // W = sum over springs of 1/2 k (|d| - l)^2 and what stiffening adds + sum over cells of kappa V0 phi(J)
@@ -124,9 +128,7 @@ std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d
         const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
         for (std::size_t i = 0; i < 8; ++i) {
             for (std::size_t j = 0; j < 8; ++j) {
-                product[index(cell.nodes[i])] +=
-                    block.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) *
-                    p[index(cell.nodes[j])];
+                product[index(cell.nodes[i])] += block_of(block, i, j) * p[index(cell.nodes[j])];
             }
         }
     }
@@ -155,8 +157,7 @@ std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3
     for (const Cell& cell : body.cells) {
         const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
         for (std::size_t c = 0; c < 8; ++c) {
-            blocks[index(cell.nodes[c])] +=
-                block.block<3, 3>(static_cast<Eigen::Index>(3 * c), static_cast<Eigen::Index>(3 * c));
+            blocks[index(cell.nodes[c])] += block_of(block, c, c);
         }
     }
     return blocks;
@@ -182,8 +183,7 @@ Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> 
         const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
         for (std::size_t i = 0; i < 8; ++i) {
             for (std::size_t j = 0; j < 8; ++j) {
-                add(cell.nodes[i], cell.nodes[j],
-                    block.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)));
+                add(cell.nodes[i], cell.nodes[j], block_of(block, i, j));
             }
         }
     }
