@@ -36,17 +36,12 @@ std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::
     return begin;
 }
 
+/// Buffers have the layout's own components, and begin where their plane does.
 template <class T>
-void point_to(T* (&pointers)[3], AlignedArray<T>* arrays, const std::array<std::size_t, 3>& axes, std::size_t offset) {
+void point_to(T* (&pointers)[3], AlignedArray<T>* arrays, const LatticeAxes& axes = {0, 1, 2}, std::size_t offset = 0) {
     for (std::size_t c = 0; c < 3; ++c) {
         pointers[c] = arrays[axes[c]].data() + offset;
     }
-}
-
-/// Buffers have the layout's own components.
-template <class T>
-void point_to(T* (&pointers)[3], AlignedArray<T>* arrays) {
-    point_to(pointers, arrays, {0, 1, 2}, 0);
 }
 
 } // namespace
@@ -202,18 +197,13 @@ PotentialEnergy LatticeBody<T>::linear_energy(State<T>& state) const {
 }
 
 template <class T>
-StepConstants<T> LatticeBody<T>::constants_along_axes(const StepParameters& parameters) const {
+std::vector<Stage> LatticeBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
     StepParameters along_axes = parameters;
     for (std::size_t c = 0; c < 3; ++c) {
         along_axes.acceleration[c] = parameters.acceleration[layout_.axes[c]];
     }
-    return step_constants<T>(along_axes, layout_.cell_size);
-}
-
-template <class T>
-std::vector<Stage> LatticeBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
-    const Finish finish = is_driven(parameters) ? Finish::integrate_driven : Finish::integrate;
-    return sweep(state, finish, constants_along_axes(parameters));
+    return sweep(state, is_driven(parameters) ? Finish::integrate_driven : Finish::integrate,
+                 step_constants<T>(along_axes, layout_.cell_size));
 }
 
 template <class T>

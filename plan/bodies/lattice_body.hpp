@@ -51,7 +51,6 @@ private:
 
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
-    kernels::StepConstants<T> constants_along_axes(const StepParameters& parameters) const;
     /// Springs whose first node, or whose cell's low corner, lies at `index`.
     std::size_t springs_from(std::size_t index) const;
     std::size_t slabs() const { return slab_begin_.size() - 1; }
