@@ -32,13 +32,13 @@ struct RunArguments {
     PlanArguments plan;
 };
 
-volatile std::sig_atomic_t caught = 0;
+volatile std::sig_atomic_t caught = 0; // the signal that came
 
 void remember(int signal) {
     caught = signal;
 }
 
-/// From now on the first SIGTERM, SIGINT or SIGHUP only sets stop_signal(); a second one of the same ends the program.
+/// From now on the first SIGTERM, SIGINT or SIGHUP only sets `caught`; a second one of the same ends the program.
 void catch_stop_signals() {
     struct sigaction action {};
     action.sa_handler = remember;
@@ -51,11 +51,6 @@ void catch_stop_signals() {
     if (before.sa_handler != SIG_IGN) { // nohup
         sigaction(SIGHUP, &action, nullptr);
     }
-}
-
-/// The signal that came, or 0.
-int stop_signal() {
-    return caught;
 }
 
 /// Everything about the scene is checked before the directory is made, so that bad input leaves nothing behind.
@@ -93,7 +88,7 @@ public:
 
     /// Writes one where a signal asks for it or the time has come; false after a signal.
     bool operator()() {
-        const int signal = stop_signal();
+        const int signal = caught;
         const auto now = std::chrono::steady_clock::now();
         if (signal != 0 || std::chrono::duration<double>(now - last_).count() >= every_) {
             simulation_.write_checkpoint(path_, results_.state());
@@ -245,7 +240,7 @@ void run_scene(const RunArguments& arguments) {
                                  (summary.failure.empty() ? "" : "; " + summary.failure));
     }
     if (summary.interrupted) {
-        const int signal = stop_signal();
+        const int signal = caught;
         fmt::print(stderr,
                    "hybmss: stopped by {} after step {} (t = {:.6g} s); hybmss run {} --out {} --restart goes on\n",
                    signal_name(signal), summary.steps, summary.time, arguments.scene, arguments.out);

@@ -13,21 +13,22 @@
 namespace hybmss::verify {
 namespace {
 
-struct NamedLattice {
+template <class Thing>
+struct Named {
     std::string name;
-    Lattice lattice;
+    Thing thing;
 };
 
 std::string shape_name(const std::array<int, 3>& n) {
     return std::to_string(n[0]) + "x" + std::to_string(n[1]) + "x" + std::to_string(n[2]);
 }
 
-NamedLattice box(const std::array<int, 3>& n, double cell_size) {
+Named<Lattice> box(const std::array<int, 3>& n, double cell_size) {
     return {"box " + shape_name(n), Lattice::box(n[0], n[1], n[2], cell_size)};
 }
 
 /// Each cell is there with the probability `fill`, with a stiffness between a tenth and three times the material's.
-NamedLattice random_mask(const std::array<int, 3>& n, double fill, double cell_size, std::mt19937& random) {
+Named<Lattice> random_mask(const std::array<int, 3>& n, double fill, double cell_size, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     std::uniform_real_distribution<float> scale(0.1f, 3.0f);
     std::vector<float> scales(static_cast<std::size_t>(n[0] * n[1] * n[2]));
@@ -40,7 +41,7 @@ NamedLattice random_mask(const std::array<int, 3>& n, double fill, double cell_s
 
 /// The cells for which `keep(i, j, k)` holds, all of the scale 1.
 template <class Keep>
-NamedLattice pattern(const std::string& name, const std::array<int, 3>& n, Keep keep) {
+Named<Lattice> pattern(const std::string& name, const std::array<int, 3>& n, Keep keep) {
     Lattice lattice = Lattice::box(n[0], n[1], n[2], 0.25);
     for (int k = 0; k < n[2]; ++k) {
         for (int j = 0; j < n[1]; ++j) {
@@ -54,8 +55,8 @@ NamedLattice pattern(const std::string& name, const std::array<int, 3>& n, Keep 
     return {name, std::move(lattice)};
 }
 
-std::vector<NamedLattice> lattices(std::mt19937& random) {
-    std::vector<NamedLattice> all;
+std::vector<Named<Lattice>> lattices(std::mt19937& random) {
+    std::vector<Named<Lattice>> all;
     // Below, at and above the width of a vector, in every axis; then Table 6 of Golec et al.
     for (const std::array<int, 3>& n : {std::array<int, 3>{1, 1, 1},
                                         {2, 1, 1},
@@ -82,14 +83,9 @@ std::vector<NamedLattice> lattices(std::mt19937& random) {
     return all;
 }
 
-struct NamedMaterial {
-    std::string name;
-    Material material;
-};
-
 /// kappa is well above the springs' moduli (nu = 0.45) for the quadratic energy, negative (nu = 0) for mean stretch.
-std::vector<NamedMaterial> materials() {
-    std::vector<NamedMaterial> all;
+std::vector<Named<Material>> materials() {
+    std::vector<Named<Material>> all;
     for (const double ratio : {0.0, 1.0}) {
         const std::string prefix = ratio == 0.0 ? "A=0 " : "A=1 ";
         Material m;
@@ -111,11 +107,6 @@ std::vector<NamedMaterial> materials() {
 }
 
 // ---- networks that are no lattice: sheared cells, extra springs, a hub, scattered numbering
-
-struct NamedNetwork {
-    std::string name;
-    Network network;
-};
 
 /// The typical distance of neighbours in all of them, m.
 inline constexpr double kNetworkCellSize = 0.5;
@@ -236,9 +227,9 @@ Network random_truss(std::mt19937& random) {
 }
 
 /// With `none` those of springs alone are added. Random parts follow from the seed alone.
-std::vector<NamedNetwork> hand_made_networks(VolumeEnergy energy, unsigned seed) {
+std::vector<Named<Network>> hand_made_networks(VolumeEnergy energy, unsigned seed) {
     std::mt19937 random(seed);
-    std::vector<NamedNetwork> all;
+    std::vector<Named<Network>> all;
     all.push_back({"sheared cells with extra springs", sheared_cells(energy, Numbering::at_random, random)});
     if (energy == VolumeEnergy::none) {
         all.push_back({"hub of 77 springs", hub(random)});
@@ -250,8 +241,8 @@ std::vector<NamedNetwork> hand_made_networks(VolumeEnergy energy, unsigned seed)
     return all;
 }
 
-TestBody from_lattice(const NamedLattice& named, const NamedMaterial& material) {
-    return {named.name, material.name, named.lattice, material.material, {}, named.lattice.cell_size()};
+TestBody from_lattice(const Named<Lattice>& named, const Named<Material>& material) {
+    return {named.name, material.name, named.thing, material.thing, {}, named.thing.cell_size()};
 }
 
 void append_networks(std::vector<TestBody>& bodies, unsigned seed) {
@@ -259,13 +250,13 @@ void append_networks(std::vector<TestBody>& bodies, unsigned seed) {
         const char* variant = energy == VolumeEnergy::quadratic      ? "network quadratic"
                               : energy == VolumeEnergy::mean_stretch ? "network mean_stretch"
                                                                      : "network none";
-        for (NamedNetwork& named : hand_made_networks(energy, seed)) {
-            bodies.push_back({named.name, variant, {}, {}, std::move(named.network), kNetworkCellSize});
+        for (Named<Network>& named : hand_made_networks(energy, seed)) {
+            bodies.push_back({named.name, variant, {}, {}, std::move(named.thing), kNetworkCellSize});
         }
     }
-    for (NamedNetwork& named : hand_made_networks(VolumeEnergy::none, seed)) {
-        named.network.stiffening = {1, 3};
-        bodies.push_back({named.name, "network stiffening", {}, {}, std::move(named.network), kNetworkCellSize});
+    for (Named<Network>& named : hand_made_networks(VolumeEnergy::none, seed)) {
+        named.thing.stiffening = {1, 3};
+        bodies.push_back({named.name, "network stiffening", {}, {}, std::move(named.thing), kNetworkCellSize});
     }
 }
 
@@ -274,11 +265,11 @@ void append_networks(std::vector<TestBody>& bodies, unsigned seed) {
 std::vector<TestBody> test_bodies(Extent extent, unsigned seed) {
     std::mt19937 random(seed);
     std::vector<TestBody> bodies;
-    for (const NamedLattice& named : lattices(random)) {
-        if (extent == Extent::quick && named.lattice.cell_count() > 1000) {
+    for (const Named<Lattice>& named : lattices(random)) {
+        if (extent == Extent::quick && named.thing.cell_count() > 1000) {
             continue;
         }
-        for (const NamedMaterial& material : materials()) {
+        for (const Named<Material>& material : materials()) {
             bodies.push_back(from_lattice(named, material));
         }
     }
@@ -288,9 +279,9 @@ std::vector<TestBody> test_bodies(Extent extent, unsigned seed) {
 
 std::vector<TestBody> property_bodies(unsigned seed) {
     std::mt19937 random(seed);
-    const std::vector<NamedMaterial> all = materials();
+    const std::vector<Named<Material>> all = materials();
     std::vector<TestBody> bodies;
-    for (const NamedMaterial& material : all) {
+    for (const Named<Material>& material : all) {
         bodies.push_back(from_lattice(box({5, 4, 3}, 0.5), material));
         bodies.push_back(from_lattice(random_mask({19, 4, 5}, 0.6, 0.5, random), material));
     }

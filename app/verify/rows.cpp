@@ -133,7 +133,7 @@ void RowTable::record(const RowKey& key, double error, const std::string& body) 
     if (row == rows_.end()) {
         row = rows_.insert(rows_.end(), Row{key, 0, 0, tolerance(key), ""});
     }
-    const double bounded = std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
+    const double bounded = std::isnan(error) ? std::numeric_limits<double>::infinity() : error / epsilon(key.precision);
     if (row->cases == 0 || bounded > row->error) {
         row->error = bounded;
         row->worst_body = body;

@@ -40,7 +40,7 @@ struct Row {
 
 class RowTable {
 public:
-    /// Counts one case; keeps its error if it is the worst of its row. NaN counts as infinite.
+    /// Counts one case; keeps its error, relative, if it is the worst of its row. NaN counts as infinite.
     void record(const RowKey& key, double error, const std::string& body);
     const std::vector<Row>& rows() const { return rows_; }
 
