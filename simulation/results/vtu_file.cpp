@@ -17,14 +17,10 @@ constexpr std::uint8_t kHexahedron = 12;
 /// Appended data: each array is its size in bytes (64 bits), then its values.
 class AppendedData {
 public:
-    template <class T>
-    void add(std::ostream& header, const char* type, const char* name, int components, std::span<const T> values) {
-        add(header, type, name, components, "", values);
-    }
     /// `attributes`: more of them.
     template <class T>
-    void add(std::ostream& header, const char* type, const char* name, int components, const std::string& attributes,
-             std::span<const T> values) {
+    void add(std::ostream& header, const char* type, const char* name, int components, std::span<const T> values,
+             const std::string& attributes = "") {
         header << "<DataArray type=\"" << type << "\" Name=\"" << name << "\" NumberOfComponents=\"" << components
                << "\" " << attributes << "format=\"appended\" offset=\"" << data_.size() << "\"/>\n";
         const std::uint64_t bytes = values.size_bytes();
@@ -58,8 +54,8 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     if (!grid.obstacles.empty()) {
         static_assert(sizeof(VtuObstacle) == 16 * sizeof(double));
         header << "<FieldData>\n";
-        appended.add(header, "Float64", "obstacles", 16,
-                     "NumberOfTuples=\"" + std::to_string(grid.obstacles.size()) + "\" ", grid.obstacles);
+        appended.add(header, "Float64", "obstacles", 16, grid.obstacles,
+                     "NumberOfTuples=\"" + std::to_string(grid.obstacles.size()) + "\" ");
         header << "</FieldData>\n";
     }
     header << "<Piece NumberOfPoints=\"" << grid.points.size() << "\" NumberOfCells=\"" << grid.cells.size()

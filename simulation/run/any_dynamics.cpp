@@ -8,18 +8,22 @@ namespace hybmss {
 namespace {
 
 /// What get(dynamics, field) writes.
-template <class T, template <class> class Dynamics, class Get>
-std::vector<Vector3> read(const Dynamics<T>& dynamics, const Get& get) {
-    const std::size_t size = dynamics.node_count();
-    std::vector<T> values(3 * size);
-    get(dynamics, VectorField<T>::aos(values.data(), size));
-    std::vector<Vector3> out(size);
-    for (std::size_t n = 0; n < size; ++n) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            out[n][a] = static_cast<double>(values[3 * n + a]);
-        }
-    }
-    return out;
+template <class Get>
+std::vector<Vector3> read(const AnyDynamics& any, const Get& get) {
+    return std::visit(
+        [&]<class T, template <class> class Dynamics>(const Dynamics<T>& dynamics) {
+            const std::size_t size = dynamics.node_count();
+            std::vector<T> values(3 * size);
+            get(dynamics, VectorField<T>::aos(values.data(), size));
+            std::vector<Vector3> out(size);
+            for (std::size_t n = 0; n < size; ++n) {
+                for (std::size_t a = 0; a < 3; ++a) {
+                    out[n][a] = static_cast<double>(values[3 * n + a]);
+                }
+            }
+            return out;
+        },
+        any);
 }
 
 template <class T>
@@ -122,26 +126,20 @@ AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, Solv
 }
 
 std::vector<Vector3> displacements_of(const AnyDynamics& dynamics) {
-    return std::visit(
-        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_displacements(out); }); },
-        dynamics);
+    return read(dynamics, [](const auto& d, const auto& out) { d.get_displacements(out); });
 }
 
 std::vector<Vector3> velocities_of(const AnyDynamics& dynamics) {
-    return std::visit(
-        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_velocities(out); }); },
-        dynamics);
+    return read(dynamics, [](const auto& d, const auto& out) { d.get_velocities(out); });
 }
 
 std::vector<Vector3> forces_of(const AnyDynamics& dynamics) {
-    std::vector<Vector3> forces = std::visit(
-        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_forces(out); }); }, dynamics);
+    std::vector<Vector3> forces = read(dynamics, [](const auto& d, const auto& out) { d.get_forces(out); });
     if (effect_energies_of(dynamics).empty()) {
         return forces;
     }
-    const std::vector<Vector3> others = std::visit(
-        [](const auto& any) { return read(any, [](const auto& d, const auto& out) { d.get_effect_forces(out); }); },
-        dynamics);
+    const std::vector<Vector3> others =
+        read(dynamics, [](const auto& d, const auto& out) { d.get_effect_forces(out); });
     for (std::size_t n = 0; n < others.size(); ++n) {
         for (std::size_t a = 0; a < 3; ++a) {
             forces[n][a] += others[n][a];

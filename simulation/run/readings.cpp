@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kDefaultTolerance = 1e-4;
 
-} // namespace
-
+/// Support forces, one vector a node: zero on free axes, on held ones
+///   R = m (a + c v) - f - m g - load.
 std::vector<Vector3> support_forces(const NodalForces& forces, std::span<const PrescribedNode> held,
                                     std::span<const Vector3> accelerations) {
     std::vector<Vector3> support(forces.internal.size(), Vector3{0, 0, 0});
@@ -29,6 +29,8 @@ std::vector<Vector3> support_forces(const NodalForces& forces, std::span<const P
     return support;
 }
 
+/// Largest |f + m g + load| on a free axis over the largest one on a held axis or the largest weight or load of a node.
+/// `floor` (N) bounds the denominator below, so that a body at rest without loads is in balance.
 double relative_residual(const NodalForces& forces, std::span<const PrescribedNode> held, double floor) {
     double unbalanced = 0, scale = floor;
     std::size_t next = 0;
@@ -46,6 +48,8 @@ double relative_residual(const NodalForces& forces, std::span<const PrescribedNo
     }
     return unbalanced / scale;
 }
+
+} // namespace
 
 ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, std::span<const Vector3> displacements,
                         std::span<const Vector3> support) {

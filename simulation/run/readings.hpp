@@ -25,15 +25,6 @@ struct NodalForces {
     double load(std::size_t node, std::size_t axis) const { return loads.empty() ? 0 : part * loads[node][axis]; }
 };
 
-/// Support forces, one vector a node: zero on free axes, on held ones
-///   R = m (a + c v) - f - m g - load.
-std::vector<Vector3> support_forces(const NodalForces& forces, std::span<const PrescribedNode> held,
-                                    std::span<const Vector3> accelerations);
-
-/// Largest |f + m g + load| on a free axis over the largest one on a held axis or the largest weight or load of a node.
-/// `floor` (N) bounds the denominator below, so that a body at rest without loads is in balance.
-double relative_residual(const NodalForces& forces, std::span<const PrescribedNode> held, double floor);
-
 /// A probe's nodes.
 struct ProbeNodes {
     std::string name;

@@ -11,17 +11,6 @@
 #include <utility>
 
 namespace hybmss {
-namespace {
-
-class Stopwatch {
-public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-} // namespace
 
 Simulation::Simulation(Scene scene, const SimulationOptions& options)
     : implementation_(std::make_unique<Implementation>(std::move(scene), options)) {}
@@ -112,7 +101,9 @@ PlanDescription Simulation::describe() const {
 }
 
 Summary Simulation::run(const RunCallbacks& callbacks) {
-    const Stopwatch stopwatch;
+    const auto elapsed = [start = std::chrono::steady_clock::now()] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
     Implementation& body = *implementation_;
     const auto write = [&] {
         if (callbacks.output) {
@@ -126,14 +117,13 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
         failure = body.solve(callbacks);
         write();
     } else {
-        failure = run_in_time(
-            callbacks, [&] { return stopwatch.seconds(); }, write, interrupted);
+        failure = run_in_time(callbacks, elapsed, write, interrupted);
     }
     Summary summary = body.summary(std::move(failure));
     summary.interrupted = interrupted;
     summary.volume = volume_change();
     summary.plan = describe();
-    summary.wall_seconds = stopwatch.seconds();
+    summary.wall_seconds = elapsed();
     return summary;
 }
 
