@@ -69,23 +69,38 @@ bool is_finite(const std::array<double, N>& values) {
     throw std::invalid_argument("obstacle " + std::to_string(obstacle) + ": " + what);
 }
 
-/// A pose must be finite, and its rotation one.
-void require_rigid(const RigidPose& pose, std::size_t obstacle) {
+/// A pose must be finite, and its rotation one, or one up to what engines in float leave of it: then it is the rotation
+/// nearby.
+RigidPose rigid(RigidPose pose, std::size_t obstacle) {
     if (!is_finite(pose.position) || !is_finite(pose.rotation) || !is_finite(pose.velocity) ||
         !is_finite(pose.angular_velocity)) {
         refuse_obstacle(obstacle, "its pose is not finite");
     }
-    for (std::size_t a = 0; a < 3; ++a) {
-        for (std::size_t b = 0; b < 3; ++b) {
-            double product = a == b ? -1 : 0;
-            for (std::size_t c = 0; c < 3; ++c) {
-                product += pose.rotation[3 * a + c] * pose.rotation[3 * b + c];
-            }
-            if (std::abs(product) > 1e-9) {
-                refuse_obstacle(obstacle, "its rotation must be a matrix of three orthonormal rows");
+    // Newton's iteration for the nearest orthogonal matrix, R <- R - (R R^T - 1) R / 2, squares the error.
+    for (int iteration = 0; iteration < 3; ++iteration) {
+        const Matrix r = pose.rotation;
+        double largest = 0;
+        for (std::size_t a = 0; a < 3; ++a) {
+            for (std::size_t b = 0; b < 3; ++b) {
+                double error = a == b ? -1 : 0;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    error += r[3 * a + c] * r[3 * b + c];
+                }
+                largest = std::max(largest, std::abs(error));
+                for (std::size_t c = 0; c < 3; ++c) {
+                    pose.rotation[3 * a + c] -= error * r[3 * b + c] / 2;
+                }
             }
         }
+        if (largest > 1e-5) {
+            refuse_obstacle(obstacle, "its rotation must be a matrix of three orthonormal rows, to 1e-5");
+        }
+        if (largest <= 1e-9) { // of an engine in double: taken as it is
+            pose.rotation = r;
+            break;
+        }
     }
+    return pose;
 }
 
 /// The shape with a normal of unit length.
@@ -123,7 +138,7 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         Obstacle& obstacle = obstacles_[o];
         obstacle.shape = checked(obstacle.shape, o);
-        require_rigid(obstacle.pose, o);
+        obstacle.pose = rigid(obstacle.pose, o);
         if (!std::isfinite(obstacle.friction) || obstacle.friction < 0) {
             refuse_obstacle(o, "friction = " + std::to_string(obstacle.friction) +
                                    " is not allowed: it must be finite and at least 0");
@@ -199,20 +214,21 @@ void Contact<T>::move(std::span<const RigidPose> poses) {
                                     std::to_string(obstacles_.size()) + " obstacles: there must be as many");
     }
     for (std::size_t o = 0; o < poses.size(); ++o) {
-        require_rigid(poses[o], o);
+        rigid(poses[o], o); // refused before any is moved
     }
     for (std::size_t o = 0; o < poses.size(); ++o) {
         const RigidPose before = pose_after(o, elapsed());
+        const RigidPose pose = rigid(poses[o], o);
         const bool turns =
-            before.rotation != poses[o].rotation && !std::holds_alternative<SphereShape>(obstacles_[o].shape);
+            before.rotation != pose.rotation && !std::holds_alternative<SphereShape>(obstacles_[o].shape);
         const double way =
-            turns ? std::numeric_limits<double>::infinity() : length(plus(poses[o].position, -1, before.position));
-        const double faster = length(poses[o].velocity) - length(before.velocity);
+            turns ? std::numeric_limits<double>::infinity() : length(plus(pose.position, -1, before.position));
+        const double faster = length(pose.velocity) - length(before.velocity);
         for (Watch& watch : watches_[o]) {
             watch.near -= way;
             watch.speed += std::max(2 * faster, 0.0);
         }
-        obstacles_[o].pose = poses[o];
+        obstacles_[o].pose = pose;
     }
     std::fill(elapsed_.begin(), elapsed_.end(), 0.0);
 }

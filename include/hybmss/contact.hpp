@@ -46,10 +46,12 @@ using ObstacleShape = std::variant<PlaneShape, SphereShape, BoxShape>;
 
 /// Where a rigid obstacle is and how it moves on.
 struct RigidPose {
-    std::array<double, 3> position = {0, 0, 0};                   ///< m
-    std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}; ///< row by row: from the obstacle's axes to space
-    std::array<double, 3> velocity = {0, 0, 0};                   ///< m/s
-    std::array<double, 3> angular_velocity = {0, 0, 0};           ///< rad/s, in space
+    std::array<double, 3> position = {0, 0, 0}; ///< m
+    /// Row by row: from the obstacle's axes to space. Rows orthonormal to 1e-5, as a quaternion in float gives them,
+    /// stand for the rotation nearby.
+    std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    std::array<double, 3> velocity = {0, 0, 0};         ///< m/s
+    std::array<double, 3> angular_velocity = {0, 0, 0}; ///< rad/s, in space
 };
 
 /// 1/s^2, by the body's own critical time step: a sphere pressed into a block by Hertz' law is a hundredth too soft at

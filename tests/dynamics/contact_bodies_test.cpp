@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace hybmss {
 namespace {
@@ -277,6 +279,7 @@ TEST(ContactInput, bad_ones_are_refused) {
     refuse({.shape = PlaneShape{}, .friction_delay = -1});
     refuse({.shape = PlaneShape{}, .pose = {.position = {nan, 0, 0}}});
     refuse({.shape = PlaneShape{}, .pose = {.rotation = {2, 0, 0, 0, 1, 0, 0, 0, 1}}});
+    refuse({.shape = PlaneShape{}, .pose = {.rotation = {1, 0, 2e-5, 0, 1, 0, 0, 0, 1}}});
     const std::array one = {Obstacle{}};
     EXPECT_THROW(body.set_obstacles(std::array{SurfaceNode{.node = 8}}, one), std::invalid_argument);
     EXPECT_THROW(body.set_obstacles(std::array{SurfaceNode{}, SurfaceNode{}}, one), std::invalid_argument);
@@ -284,6 +287,33 @@ TEST(ContactInput, bad_ones_are_refused) {
     body.set_obstacles(surface, one);
     EXPECT_THROW(body.move_obstacles({}), std::invalid_argument);
     EXPECT_THROW(body.set_effect_memory({}), std::invalid_argument);
+}
+
+/// An engine in float turns a quaternion into a matrix: its rows are orthonormal to some 1e-7.
+TEST(ContactInput, rotations_of_engines_in_float_are_the_rotations_nearby) {
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal;
+    const std::vector<SurfaceNode> surface = surface_nodes(Lattice::box(1, 1, 1, 1.0));
+    for (int i = 0; i < 100; ++i) {
+        float q[4];
+        float square = 0;
+        for (float& component : q) {
+            component = normal(random);
+            square += component * component;
+        }
+        for (float& component : q) {
+            component /= std::sqrt(square);
+        }
+        const auto [w, x, y, z] = q;
+        const float matrix[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+                                 2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                                 2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+        Obstacle box{.shape = BoxShape{}};
+        std::copy_n(matrix, 9, box.pose.rotation.begin());
+        ExplicitDynamics<float> body(Lattice::box(1, 1, 1, 1.0), kMaterial);
+        EXPECT_NO_THROW(body.set_obstacles(surface, std::array{box})) << i;
+        EXPECT_NO_THROW(body.move_obstacles(std::array{box.pose})) << i;
+    }
 }
 
 } // namespace
