@@ -101,8 +101,10 @@ TEST_F(CommandLine, price_of_a_digit_has_every_type_and_level) {
     for (const auto& row : rows) {
         names.insert(row.at("name"));
         EXPECT_GT(row.at("ns_per_cell"), 0.0) << row;
-        const bool single = row.at("name").get<std::string>().find("float") != std::string::npos;
-        EXPECT_LT(row.at("error_at_0.01"), single ? 1e-5 : 1e-12) << row;
+        // `fast` in double is an estimate and one step, where a set has estimates: no better than float.
+        const auto name = row.at("name").get<std::string>();
+        const bool rough = name.find("float") != std::string::npos || name.find("fast") != std::string::npos;
+        EXPECT_LT(row.at("error_at_0.01"), rough ? 1e-5 : 1e-12) << row;
         EXPECT_GT(row.at("error_at_0.01"), 0.0) << row;
     }
     EXPECT_EQ(names.size(), 6U);
