@@ -67,7 +67,9 @@ py::object report(const std::optional<AccuracyReport>& accuracy) {
 }
 
 py::tuple accurate_solution(const std::string& scene, const std::optional<std::string>& precision, int threads) {
-    const AccuracyOptions wanted = {options(precision.value_or("double"), threads), !precision, {}};
+    AccuracyOptions wanted;
+    wanted.simulation = options(precision.value_or("double"), threads);
+    wanted.choose_precision = !precision;
     const Scene loaded = load_scene(scene);
     std::optional<AccurateSolution> solution;
     {
