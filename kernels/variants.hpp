@@ -26,6 +26,7 @@ struct Axis {
 };
 
 using FaceDiagonals = Axis<false, true>;
+using Adding = Axis<false, true>; ///< to what is there
 using Driven = Axis<false, true>; ///< by gravity or damping
 using Accuracies = Axis<Accuracy::fast, Accuracy::accurate, Accuracy::exact>;
 using Volumes = Axis<Volume::none, Volume::quadratic, Volume::mean_stretch>;

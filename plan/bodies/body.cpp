@@ -1,6 +1,5 @@
 #include "plan/bodies/body.hpp"
 
-#include "layouts/interleaved.hpp"
 #include "plan/bodies/plan_description.hpp"
 
 #include <algorithm>
@@ -24,6 +23,7 @@ namespace {
 template <class T>
 struct Write {
     T scale;
+    void (*from_interleaved)(const T*, T, T*, T*, T*, kernels::Range);
     void operator()(const T& source, T& target) const { target = scale * source; }
     void side_by_side(const T* __restrict source, T* __restrict target, std::size_t nodes) const {
         for (std::size_t n = 0; n < nodes; ++n) {
@@ -31,12 +31,13 @@ struct Write {
         }
     }
     void interleaved(const T* source, T* x, T* y, T* z, std::size_t nodes) const {
-        scale_from_interleaved(source, scale, x, y, z, nodes);
+        from_interleaved(source, scale, x, y, z, static_cast<kernels::Range>(nodes));
     }
 };
 template <class T>
 struct Read {
     T scale;
+    void (*to_interleaved)(const T*, const T*, const T*, T, T*, kernels::Range);
     void operator()(T& target, const T& source) const { target = scale * source; }
     void side_by_side(T* __restrict target, const T* __restrict source, std::size_t nodes) const {
         for (std::size_t n = 0; n < nodes; ++n) {
@@ -44,11 +45,12 @@ struct Read {
         }
     }
     void interleaved(T* target, const T* x, const T* y, const T* z, std::size_t nodes) const {
-        scale_to_interleaved<false>(x, y, z, scale, target, nodes);
+        to_interleaved(x, y, z, scale, target, static_cast<kernels::Range>(nodes));
     }
 };
 template <class T>
 struct Add {
+    void (*to_interleaved)(const T*, const T*, const T*, T, T*, kernels::Range);
     void operator()(T& target, const T& source) const { target += source; }
     void side_by_side(T* __restrict target, const T* __restrict source, std::size_t nodes) const {
         for (std::size_t n = 0; n < nodes; ++n) {
@@ -56,7 +58,7 @@ struct Add {
         }
     }
     void interleaved(T* target, const T* x, const T* y, const T* z, std::size_t nodes) const {
-        scale_to_interleaved<true>(x, y, z, T(1), target, nodes);
+        to_interleaved(x, y, z, T(1), target, static_cast<kernels::Range>(nodes));
     }
 };
 
@@ -307,12 +309,12 @@ Stage Body<T>::move_stage(const VectorField<Outer>& outer, Field& field, const M
 
 template <class T>
 Stage Body<T>::write_stage(const VectorField<const T>& in, double factor, NodeField<T>& field) const {
-    return move_stage(in, field, Write<T>{static_cast<T>(factor)});
+    return move_stage(in, field, Write<T>{static_cast<T>(factor), table_->from_interleaved()});
 }
 
 template <class T>
 Stage Body<T>::add_stage(const NodeField<T>& field, const VectorField<T>& out) const {
-    return move_stage(out, field, Add<T>{});
+    return move_stage(out, field, Add<T>{table_->to_interleaved(true)});
 }
 
 template <class T>
@@ -325,7 +327,7 @@ void Body<T>::write(VectorField<const T> in, double factor, NodeField<T>& field)
 template <class T>
 void Body<T>::read(const NodeField<T>& field, double factor, VectorField<T> out) const {
     check(out);
-    const Stage stage = move_stage(out, field, Read<T>{static_cast<T>(factor)});
+    const Stage stage = move_stage(out, field, Read<T>{static_cast<T>(factor), table_->to_interleaved(false)});
     workers_.run({&stage, 1}, 1);
 }
 
