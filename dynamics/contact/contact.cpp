@@ -108,6 +108,9 @@ bool Contact<T>::step_node(const Shape& shape, std::size_t o, const RigidPose& p
         node.mass / 2 *
         (step.time_step * dot(acceleration, plus(before, 1, after)) + obstacle.stiffness * (depth * depth - was * was));
     watch.greatest_depth = std::max(watch.greatest_depth, depth);
+    const Point impulse = plus({}, node.mass * step.gain, acceleration);
+    watch.impulse = plus(watch.impulse, 1, impulse);
+    watch.angular_impulse = plus(watch.angular_impulse, 1, cross(to_space(pose.rotation, from), impulse));
     return depth > 0;
 }
 
@@ -318,12 +321,18 @@ std::vector<ObstacleReading> Contact<T>::readings(const Body<T>&, State<T>& stat
     std::vector<ObstacleReading> readings(obstacles_.size());
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         for (const Watch& watch : watches_[o]) {
-            readings[o].greatest_depth = std::max(readings[o].greatest_depth, watch.greatest_depth);
+            ObstacleReading& reading = readings[o];
+            reading.greatest_depth = std::max(reading.greatest_depth, watch.greatest_depth);
+            reading.dissipated += watch.dissipated;
+            reading.impulse = plus(reading.impulse, 1, watch.impulse);
+            reading.angular_impulse = plus(reading.angular_impulse, 1, watch.angular_impulse);
         }
     }
-    for_each_touch(state, [&](std::size_t o, const RigidPose& pose, const Node&, const Point& y, double depth,
+    for_each_touch(state, [&](std::size_t o, const RigidPose& pose, const Node& node, const Point& y, double depth,
                               const Point& force) {
         ObstacleReading& reading = readings[o];
+        reading.energy += 0.5 * node.mass * obstacles_[o].stiffness * depth * depth;
+        reading.dissipated -= 0.5 * time_step_ * dot(force, velocity(node, state)); // as dissipated() says
         reading.force = plus(reading.force, 1, force);
         reading.torque = plus(reading.torque, 1, cross(to_space(pose.rotation, y), force));
         reading.nodes += 1;

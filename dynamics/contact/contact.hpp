@@ -74,10 +74,11 @@ private:
     };
     /// A block of nodes and one obstacle.
     struct Watch {
-        double near = 0;           ///< m that they may still come nearer unseen
-        double speed = 0;          ///< m/s, at most, at which they do now
-        double dissipated = 0;     ///< J
-        double greatest_depth = 0; ///< m
+        double near = 0;                                        ///< m that they may still come nearer unseen
+        double speed = 0;                                       ///< m/s, at most, at which they do now
+        double dissipated = 0;                                  ///< J
+        double greatest_depth = 0;                              ///< m
+        Point impulse = {0, 0, 0}, angular_impulse = {0, 0, 0}; ///< N s and N m s
 
         /// Whether they may touch in a step.
         bool looks(double time_step, double gain_of_speed) const {

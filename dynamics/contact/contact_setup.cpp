@@ -281,13 +281,13 @@ void Contact<T>::node_was_cut(const Body<T>& body, std::uint32_t number, const P
     }
 }
 
-// The time since the obstacles were moved and the last time step; then for every obstacle two numbers a block, and
+// The time since the obstacles were moved and the last time step; then for every obstacle eight numbers a block, and
 // four a node where there is friction. What blocks wait for is not kept: looking earlier finds nothing.
 template <class T>
 std::size_t Contact<T>::memory_size() const {
     std::size_t size = 2;
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        size += 2 * watches_[o].size() + 4 * grips_[o].size();
+        size += 8 * watches_[o].size() + 4 * grips_[o].size();
     }
     return size;
 }
@@ -299,6 +299,9 @@ std::vector<double> Contact<T>::memory() const {
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         for (const Watch& watch : watches_[o]) {
             memory.insert(memory.end(), {watch.dissipated, watch.greatest_depth});
+            for (const Point* sum : {&watch.impulse, &watch.angular_impulse}) {
+                memory.insert(memory.end(), sum->begin(), sum->end());
+            }
         }
         for (const Grip& grip : grips_[o]) {
             memory.insert(memory.end(), grip.friction.begin(), grip.friction.end());
@@ -318,6 +321,9 @@ void Contact<T>::set_memory(std::span<const double> memory) {
             watch.near = 0;
             watch.dissipated = *next++;
             watch.greatest_depth = *next++;
+            for (Point* sum : {&watch.impulse, &watch.angular_impulse}) {
+                next = (std::copy_n(next, 3, sum->begin()), next + 3);
+            }
         }
         for (Grip& grip : grips_[o]) {
             next = (std::copy_n(next, 3, grip.friction.begin()), next + 3);

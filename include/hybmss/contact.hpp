@@ -86,6 +86,12 @@ struct ObstacleReading {
     std::size_t nodes = 0;                    ///< that touch it
     double depth = 0;                         ///< m: of the deepest node
     double greatest_depth = 0;                ///< m: of the deepest node since the obstacle was set
+    double energy = 0;                        ///< J that contact with it stores
+    double dissipated = 0;                    ///< J that friction and impacts on it took since it was set
+    /// N s and N m s: the sums of all steps' forces and torques by their time since the obstacle was set. What a body
+    /// gains of momentum by obstacles is the sum of their impulses, to rounding; a force is that of the last step
+    /// alone.
+    std::array<double, 3> impulse = {0, 0, 0}, angular_impulse = {0, 0, 0};
 };
 
 } // namespace hybmss

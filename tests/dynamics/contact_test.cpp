@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace hybmss {
 namespace {
@@ -49,6 +50,69 @@ TYPED_TEST(Contact, sliding_block_stops_after_its_distance) {
     EXPECT_NEAR(body.mean(body.velocities())[0], 0, 0.02 * speed);
     const double energy = 0.5 * body.mass() * speed * speed;
     EXPECT_NEAR(body.dynamics.effect_energies().at(0).dissipated, energy, 0.01 * energy);
+}
+
+/// The loop of docs/motion.md: an engine's ball strikes a free body and gets in each frame what the body got of it.
+TEST(ContactImpulse, keeps_the_momentum_of_a_body_and_an_engine) {
+    const Vector start = {-0.3, 0, 0.2};
+    RigidPose ball{.position = {4 * kEdge + 0.41, 0.3, 0.2}, .velocity = {-3, 0.4, 0}};
+    TouchingBody<double> body(Lattice::box(4, 4, 4, kEdge),
+                              {{.shape = SphereShape{0.4}, .pose = ball, .friction = 0.5}});
+    body.set_velocity(start);
+    const double ball_mass = 20;
+    const long steps = 7;
+    const auto momentum = [&] {
+        Vector sum = body.mean(body.velocities());
+        for (std::size_t a = 0; a < 3; ++a) {
+            sum[a] = body.mass() * sum[a] + ball_mass * ball.velocity[a];
+        }
+        return sum;
+    };
+    const Vector before = momentum();
+    Vector given = {0, 0, 0}, by_forces = {0, 0, 0};
+    for (int frame = 0; frame < 100; ++frame) {
+        body.dynamics.move_obstacles({&ball, 1});
+        body.dynamics.step({body.time_step}, steps);
+        const ObstacleReading reading = body.dynamics.obstacle_readings().at(0);
+        const double length = static_cast<double>(steps) * body.time_step;
+        for (std::size_t a = 0; a < 3; ++a) {
+            ball.position[a] += length * ball.velocity[a];
+            ball.velocity[a] -= (reading.impulse[a] - given[a]) / ball_mass;
+            by_forces[a] += length * reading.force[a];
+        }
+        given = reading.impulse;
+        const Vector now = momentum();
+        for (std::size_t a = 0; a < 3; ++a) {
+            ASSERT_NEAR(now[a], before[a], 1e-13 * ball_mass * 3) << frame;
+        }
+    }
+    EXPECT_GT(given[0], -80);
+    EXPECT_LT(given[0], -10); // it was struck
+    EXPECT_GT(std::abs(given[1]), 0.1);
+    EXPECT_GT(std::abs(by_forces[0] - given[0]), 0.01 * std::abs(given[0])); // a force is that of the last step alone
+}
+
+TYPED_TEST(Contact, impulses_are_the_forces_of_all_steps_and_dissipation_is_the_effects) {
+    TouchingBody<TypeParam> body(
+        Lattice::box(3, 2, 2, kEdge),
+        {floor_at(0, 0.4), {.shape = SphereShape{0.3}, .pose = {.position = {0.6, 0.2, 0.1}}}});
+    body.set_velocity({1, -1, 0});
+    double impulse = 0, torque_impulse = 0;
+    for (int step = 0; step < 60; ++step) {
+        body.dynamics.step({body.time_step, {0, -10, 0}});
+        const ObstacleReading floor = body.dynamics.obstacle_readings().at(0);
+        impulse += body.time_step * floor.force[1];
+        torque_impulse += body.time_step * floor.torque[0];
+    }
+    const std::vector<ObstacleReading> readings = body.dynamics.obstacle_readings();
+    const double rounding = std::is_same_v<TypeParam, float> ? 1e-4 : 1e-11; // of the depth that forces are read at
+    EXPECT_GT(impulse, 1);
+    EXPECT_NEAR(readings[0].impulse[1], impulse, rounding * impulse);
+    EXPECT_NEAR(readings[0].angular_impulse[0], torque_impulse, 1e-3 * std::abs(torque_impulse)); // arms of two moments
+    const EffectEnergy effect = body.dynamics.effect_energies().at(0);
+    EXPECT_NEAR(readings[0].energy + readings[1].energy, effect.stored, 1e-12 * effect.stored);
+    EXPECT_NEAR(readings[0].dissipated + readings[1].dissipated, effect.dissipated, 1e-12 * effect.dissipated);
+    EXPECT_GT(readings[0].dissipated, 0);
 }
 
 /// On a plane inclined by the angle whose tangent is `slope`: gravity is turned instead.
