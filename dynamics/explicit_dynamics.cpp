@@ -5,7 +5,6 @@
 #include <cmath>
 #include <exception>
 #include <functional>
-#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -144,8 +143,9 @@ void ExplicitDynamics<T>::Implementation::lead(std::span<const PrescribedNode> n
 template <class T>
 void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
     const Body<T>& body = *implementation_->body;
-    std::map<std::uint32_t, std::array<double, 3>> forces;
-    for (const NodalLoad& load : loads) {
+    std::vector<NodalLoad> given(loads.begin(), loads.end()), forces; // each node once
+    std::stable_sort(given.begin(), given.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
+    for (const NodalLoad& load : given) {
         if (load.node >= body.node_count()) {
             throw std::invalid_argument("loaded node " + std::to_string(load.node) + ": the body has " +
                                         std::to_string(body.node_count()) + " nodes");
@@ -155,7 +155,12 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
                 throw std::invalid_argument("load on node " + std::to_string(load.node) + ": the force along " +
                                             "xyz"[c] + " is not finite");
             }
-            forces[load.node][c] += load.force[c];
+        }
+        if (forces.empty() || forces.back().node != load.node) {
+            forces.push_back({load.node});
+        }
+        for (std::size_t c = 0; c < 3; ++c) {
+            forces.back().force[c] += load.force[c];
         }
     }
     std::vector<LoadedComponent<T>> components;
@@ -171,12 +176,8 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
     for (const auto& effect : implementation_->effects) {
         effect->set_loaded(implementation_->loaded);
     }
-    implementation_->loads.clear();
-    for (const auto& [node, force] : forces) {
-        if (force != std::array<double, 3>{0, 0, 0}) {
-            implementation_->loads.push_back({node, force});
-        }
-    }
+    std::erase_if(forces, [](const NodalLoad& load) { return load.force == std::array<double, 3>{0, 0, 0}; });
+    implementation_->loads = std::move(forces);
 }
 
 template <class T>
