@@ -311,6 +311,17 @@ void explain(const ExplainArguments& arguments) {
     row("springs", fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)", plan.springs,
                                unmerged.total()));
     row("memory", fmt::format("about {:.3g} MB in the whole run", estimated_bytes(scene.body, options) / 1e6));
+    const std::vector<std::string> shared = simulation.shared_supports();
+    if (const std::vector<ProbeReading> probes = simulation.probes(); !probes.empty()) {
+        fmt::print("probes\n");
+        for (const ProbeReading& probe : probes) {
+            row(probe.name, fmt::format("{} held nodes, {} of them shared with other supports", probe.reaction_nodes,
+                                        probe.shared_reaction_nodes));
+        }
+    }
+    for (const std::string& line : shared) {
+        fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, line);
+    }
     fmt::print("plan\n");
     row("effort", std::string(name(plan.effort)));
     row("why", plan.reason);

@@ -137,10 +137,13 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
             fmt::format("mass damping {:.6g}, effects {:.6g}", b.mass_damping, b.effects_dissipated));
         row("  up to", fmt::format("{:.3g} J, {:.2g} of the largest part", b.imbalance(), b.relative_imbalance()));
     }
-    for (const auto& [name, reading] : s.obstacles) {
+    for (const auto& [name, reading, stiffness] : s.obstacles) {
         row(("obstacle " + name).c_str(), fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z"));
         row("  force (N)", vector_text(reading.force));
         row("  torque (N m)", vector_text(reading.torque));
+        row("  impulse (N s)", vector_text(reading.impulse));
+        row("  contact (J)", fmt::format("stored {:.6g}, dissipated {:.6g}; stiffness {:.3g} Pa/m", reading.energy,
+                                         reading.dissipated, stiffness));
         row("  depth (m)",
             fmt::format("{:.3g} of {} nodes, {:.3g} on the way", reading.depth, reading.nodes, reading.greatest_depth));
     }

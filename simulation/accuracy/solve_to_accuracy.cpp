@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -35,8 +36,14 @@ void check(const Scene& scene) {
     if (!scene.solver.accuracy || scene.solver.method != SolverMethod::static_equilibrium) {
         throw scene_error(scene, "solver.accuracy", "it must be given, with method = \"static\"");
     }
+    const std::function<bool(const Region&)> names_node = [&](const Region& where) {
+        const auto* difference = std::get_if<RegionWithout>(&where);
+        return std::holds_alternative<NodeRegion>(where) ||
+               (difference && (std::any_of(difference->of.begin(), difference->of.end(), names_node) ||
+                               std::any_of(difference->without.begin(), difference->without.end(), names_node)));
+    };
     const auto refuse_node = [&](const Region& where, const std::string& path) {
-        if (std::holds_alternative<NodeRegion>(where)) {
+        if (names_node(where)) {
             throw scene_error(scene, path,
                               "with solver.accuracy, which solves on several meshes, no single node can be named");
         }

@@ -12,7 +12,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 namespace hybmss {
@@ -36,27 +39,31 @@ void require_finite(const std::vector<ProbeReading>& probes) {
 }
 
 /// Takes out the nodes that no cell touches, and numbers the cells' corners accordingly.
-void drop_bare_nodes(std::vector<Vector3>& points, std::vector<Vector3>& u, std::vector<Vector3>& v,
+void drop_bare_nodes(std::span<std::vector<Vector3>* const> vectors, std::vector<double>& mass,
                      std::vector<std::array<std::uint32_t, 8>>& cells) {
-    std::vector<std::uint32_t> number(points.size(), 0);
+    const std::size_t nodes = vectors[0]->size();
+    std::vector<std::uint32_t> number(nodes, 0);
     for (const auto& cell : cells) {
         for (const std::uint32_t n : cell) {
             number[n] = 1;
         }
     }
-    std::uint32_t kept = 0;
-    for (std::size_t n = 0; n < points.size(); ++n) {
-        if (number[n] == 0) {
-            continue;
+    const auto drop = [&number](auto& values) { // an array that is not wanted is empty
+        std::size_t kept = 0;
+        for (std::size_t n = 0; n < values.size(); ++n) {
+            if (number[n] != 0) {
+                values[kept++] = values[n];
+            }
         }
-        points[kept] = points[n];
-        u[kept] = u[n];
-        v[kept] = v[n];
-        number[n] = kept++;
+        values.resize(kept);
+    };
+    for (std::vector<Vector3>* const values : vectors) {
+        drop(*values);
     }
-    points.resize(kept);
-    u.resize(kept);
-    v.resize(kept);
+    drop(mass);
+    for (std::uint32_t kept = 0; std::uint32_t & n : number) {
+        n = n != 0 ? kept++ : 0;
+    }
     for (auto& cell : cells) {
         std::transform(cell.begin(), cell.end(), cell.begin(), [&](std::uint32_t n) { return number[n]; });
     }
@@ -65,6 +72,30 @@ void drop_bare_nodes(std::vector<Vector3>& points, std::vector<Vector3>& u, std:
 void append(std::string& row, const Vector3& values) {
     for (double v : values) {
         row += printed(",%.9g", v);
+    }
+}
+
+std::string frame_name(std::size_t frame) {
+    return printed("body_%04zu.vtu", frame);
+}
+
+/// Removes those of an earlier run from `first` on: files that have a frame's very name and begin as write_vtu() does.
+void remove_frames(const std::filesystem::path& directory, std::size_t first) {
+    std::vector<std::filesystem::path> stale;
+    for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+        std::size_t frame = 0;
+        const std::string name = entry.path().filename().string();
+        if (std::sscanf(name.c_str(), "body_%zu.vtu", &frame) == 1 && name == frame_name(frame) && frame >= first &&
+            entry.symlink_status().type() == std::filesystem::file_type::regular) {
+            std::string beginning(kVtuBeginning.size(), ' ');
+            std::ifstream(entry.path(), std::ios::binary).read(beginning.data(), std::ssize(beginning));
+            if (beginning == kVtuBeginning) {
+                stale.push_back(entry.path());
+            }
+        }
+    }
+    for (const std::filesystem::path& path : stale) {
+        remove_file(path);
     }
 }
 
@@ -122,6 +153,16 @@ Results::Results(std::filesystem::path directory, const Simulation& simulation, 
             }
         }
     }
+    for (const SceneObstacle& obstacle : simulation.scene().obstacles) {
+        for (const char* quantity : {"force", "torque", "impulse"}) {
+            for (char axis : {'x', 'y', 'z'}) {
+                probes_.stream() << ",obstacles." << obstacle.name << "." << quantity << "." << axis;
+            }
+        }
+        for (const char* quantity : {"nodes", "depth", "energy", "dissipated"}) {
+            probes_.stream() << ",obstacles." << obstacle.name << "." << quantity;
+        }
+    }
     probes_.stream() << "\n";
     // The times of the frames, a line each; an empty line; the rows of probes.csv.
     std::size_t at = 0;
@@ -133,10 +174,7 @@ Results::Results(std::filesystem::path directory, const Simulation& simulation, 
         frames_.emplace_back(std::strtod(before.c_str() + at, nullptr), frame_name(frames_.size()));
     }
     probes_.stream() << rows_;
-}
-
-std::string Results::frame_name(std::size_t frame) {
-    return printed("body_%04zu.vtu", frame);
+    remove_frames(directory_, frames_.size());
 }
 
 std::string Results::state() const {
@@ -153,6 +191,13 @@ void Results::record() {
     require_finite(v, "velocity");
     const std::vector<ProbeReading> probes = simulation_.probes();
     require_finite(probes);
+    const Output& wanted = simulation_.scene().output;
+    std::vector<double> mass;
+    if (wanted.mass) {
+        mass.assign(simulation_.masses().begin(), simulation_.masses().end());
+    }
+    std::vector<Vector3> reaction = wanted.reaction ? simulation_.reactions() : std::vector<Vector3>();
+    require_finite(reaction, "reaction");
     if (cut_cells_ != simulation_.removed_cell_count()) {
         cells_ = simulation_.cell_nodes();
         cut_cells_ = simulation_.removed_cell_count();
@@ -174,10 +219,10 @@ void Results::record() {
     const std::vector<VtuObstacle> obstacles = drawn_obstacles(simulation_);
     if (cut_cells_ > 0) {
         auto cells = cells_;
-        drop_bare_nodes(points, u, v, cells);
-        write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, obstacles});
+        drop_bare_nodes(std::array{&points, &u, &v, &reaction}, mass, cells);
+        write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, obstacles, mass, reaction});
     } else {
-        write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels, obstacles});
+        write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels, obstacles, mass, reaction});
     }
     frames_.emplace_back(simulation_.time(), name);
 
@@ -187,6 +232,13 @@ void Results::record() {
         append(row, probe.torque);
         append(row, probe.mean_displacement);
     }
+    for (const NamedObstacleReading& obstacle : simulation_.obstacles()) {
+        const ObstacleReading& reading = obstacle.reading;
+        append(row, reading.force);
+        append(row, reading.torque);
+        append(row, reading.impulse);
+        row += printed(",%zu,%.9g,%.9g,%.9g", reading.nodes, reading.depth, reading.energy, reading.dissipated);
+    }
     row += "\n";
     probes_.stream() << row;
     rows_ += row;
@@ -194,6 +246,7 @@ void Results::record() {
 
 void Results::finish(const Summary& summary) {
     const std::string text = summary_json(summary); // first: where it is refused, nothing is put in place
+    std::erase_if(frames_, [&](const auto& frame) { return !std::filesystem::exists(directory_ / frame.second); });
     write_pvd(directory_ / "body.pvd", frames_);
     probes_.commit();
     write_file(directory_ / "summary.json", text);

@@ -40,9 +40,9 @@ private:
 };
 
 /// Keeps the results of one simulation in a directory, which is its own meanwhile. Files of the same names are
-/// replaced; those that a run writes at its end are removed at its start, so that a run that does not reach its end is
-/// not taken for an earlier one. Throws std::runtime_error where something cannot be written, NotFinite where it would
-/// hold a value that is not finite.
+/// replaced; those that a run writes at its end are removed at its start, and so are the frames that it does not go on
+/// from, so that a run is not taken for an earlier one, nor for a part of it. Throws std::runtime_error where something
+/// cannot be written, NotFinite where it would hold a value that is not finite.
 class Results {
 public:
     /// `before`: what state() gave when a run was stopped that this one goes on with.
@@ -58,8 +58,6 @@ public:
     void finish(const Summary& summary);
 
 private:
-    static std::string frame_name(std::size_t frame);
-
     OwnedDirectory owned_;
     std::filesystem::path directory_;
     const Simulation& simulation_;

@@ -96,19 +96,26 @@ std::string summary_json(const Summary& summary) {
     if (summary.accuracy) {
         json["accuracy"] = accuracy_json(*summary.accuracy);
     }
-    for (const auto& [name, reading] : summary.obstacles) {
+    for (const auto& [name, reading, stiffness] : summary.obstacles) {
         json["obstacles"][name] = {{"force", reading.force},
                                    {"torque", reading.torque},
+                                   {"impulse", reading.impulse},
+                                   {"angular_impulse", reading.angular_impulse},
+                                   {"energy", reading.energy},
+                                   {"dissipated", reading.dissipated},
                                    {"nodes", reading.nodes},
                                    {"depth", reading.depth},
-                                   {"greatest_depth", reading.greatest_depth}};
+                                   {"greatest_depth", reading.greatest_depth},
+                                   {"stiffness", stiffness}};
     }
     json["probes"] = Json::object();
     for (const ProbeReading& probe : summary.probes) {
         json["probes"][probe.name] = {{"force", probe.force},
                                       {"torque", probe.torque},
                                       {"mean_displacement", probe.mean_displacement},
-                                      {"max_displacement", probe.max_displacement}};
+                                      {"max_displacement", probe.max_displacement},
+                                      {"reaction_nodes", probe.reaction_nodes},
+                                      {"shared_reaction_nodes", probe.shared_reaction_nodes}};
     }
     json["removed_cells"] = summary.removed_cells;
     json["warnings"] = summary.warnings;

@@ -49,7 +49,7 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
 
     AppendedData appended;
     std::ostringstream header;
-    header << "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"" << kByteOrder
+    header << kVtuBeginning << "version=\"1.0\" byte_order=\"" << kByteOrder
            << "\" header_type=\"UInt64\">\n<UnstructuredGrid>\n";
     if (!grid.obstacles.empty()) {
         static_assert(sizeof(VtuObstacle) == 16 * sizeof(double));
@@ -62,6 +62,12 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
            << "\">\n<PointData Vectors=\"displacement\">\n";
     appended.add(header, "Float64", "displacement", 3, grid.displacement);
     appended.add(header, "Float64", "velocity", 3, grid.velocity);
+    if (!grid.mass.empty()) {
+        appended.add(header, "Float64", "mass", 1, grid.mass);
+    }
+    if (!grid.reaction.empty()) {
+        appended.add(header, "Float64", "reaction", 3, grid.reaction);
+    }
     header << "</PointData>\n<CellData Scalars=\"volume_ratio\">\n";
     appended.add(header, "Float64", "volume_ratio", 1, grid.volume_ratio);
     if (!grid.label.empty()) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,7 +33,12 @@ struct VtuGrid {
     std::span<const double> volume_ratio;        ///< one a cell
     std::span<const std::uint8_t> label;         ///< one a cell, or none
     std::span<const VtuObstacle> obstacles = {}; ///< as the field array "obstacles": the 16 numbers of each
+    std::span<const double> mass = {};           ///< kg, one a point, or none
+    std::span<const Vector3> reaction = {};      ///< N, one a point, or none
 };
+
+/// How every such file begins.
+inline constexpr std::string_view kVtuBeginning = "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" ";
 
 /// Binary (appended raw data, little endian as the machine is), written whole or not at all.
 void write_vtu(const std::filesystem::path& path, const VtuGrid& grid);

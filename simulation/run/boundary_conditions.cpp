@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -67,6 +68,11 @@ std::string line_of(const Scene& scene, const std::string& path) {
 }
 
 } // namespace
+
+std::string where_text(const Scene& scene, const std::string& path) {
+    const auto entry = scene.source.entries.find(path);
+    return entry == scene.source.entries.end() ? path : entry->second.value;
+}
 
 Ramp ramp(double time, double over) {
     if (time >= over) {
@@ -164,6 +170,37 @@ std::span<const PrescribedNode> Supports::set(const KinematicsOf& kinematics) {
     return present_;
 }
 
+SharedSupports Supports::shared(const Scene& scene, std::span<const Vector3> rest,
+                                std::span<const std::uint32_t> nodes) const {
+    SharedSupports found;
+    std::map<int, bool> crosses; // by who holds
+    for (std::size_t h = 0; h < held_.size(); ++h) {
+        if (!std::binary_search(nodes.begin(), nodes.end(), present_[h].node)) {
+            continue;
+        }
+        ++found.held;
+        bool is_shared = false;
+        for (const int by : held_[h].by) {
+            if (by == Held::kFree) {
+                continue;
+            }
+            if (const auto [entry, is_new] = crosses.try_emplace(by, false); is_new) {
+                const Region& where = by < 0 ? scene.fixes[static_cast<std::size_t>(-1 - by)].where
+                                             : scene.moves[static_cast<std::size_t>(by)].where;
+                const std::vector<std::uint32_t> its = select_nodes(rest, scene.body.cell_size, where);
+                entry->second = !std::includes(nodes.begin(), nodes.end(), its.begin(), its.end()) &&
+                                !std::includes(its.begin(), its.end(), nodes.begin(), nodes.end());
+                if (entry->second) {
+                    found.by.append(found.by.empty() ? "" : ", ").append(where_text(scene, path_of(by)));
+                }
+            }
+            is_shared = is_shared || crosses[by];
+        }
+        found.shared += is_shared;
+    }
+    return found;
+}
+
 std::span<const PrescribedNode> Supports::at(double time) {
     return set([time](const Move& move, const Vector3& rest, const Vector3& center) {
         return moved(move, rest, center, time);
@@ -176,7 +213,7 @@ std::span<const PrescribedNode> Supports::at_part(double fraction) {
     });
 }
 
-std::vector<Vector3> nodal_loads(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest) {
+std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest) {
     if (scene.loads.empty()) {
         return {};
     }
@@ -186,21 +223,103 @@ std::vector<Vector3> nodal_loads(const Scene& scene, const Lattice& lattice, std
             ++cells_at[static_cast<std::size_t>(n)];
         }
     }
-    std::vector<Vector3> forces(rest.size(), Vector3{0, 0, 0});
-    for (std::size_t l = 0; l < scene.loads.size(); ++l) {
-        const std::vector<std::uint32_t> nodes =
-            nodes_of(scene, rest, scene.loads[l].where, "load[" + std::to_string(l) + "].where");
-        double sum = 0;
-        for (std::uint32_t n : nodes) {
-            sum += cells_at[n];
+    std::vector<LoadedNodes> all(scene.loads.size());
+    for (std::size_t l = 0; l < all.size(); ++l) {
+        all[l].nodes = nodes_of(scene, rest, scene.loads[l].where, "load[" + std::to_string(l) + "].where");
+        for (const std::uint32_t n : all[l].nodes) {
+            all[l].cells.push_back(cells_at[n]);
+            all[l].sum += cells_at[n];
         }
-        for (std::uint32_t n : nodes) {
+    }
+    return all;
+}
+
+void set_nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, double time, std::span<Vector3> forces) {
+    for (const LoadedNodes& load : loaded) {
+        for (const std::uint32_t n : load.nodes) {
+            forces[n] = {0, 0, 0};
+        }
+    }
+    for (std::size_t l = 0; l < loaded.size(); ++l) {
+        const Vector3 force = value_at(scene.loads[l].force, scene.loads[l].force_in_time, time);
+        for (std::size_t i = 0; i < loaded[l].nodes.size(); ++i) {
             for (std::size_t a = 0; a < 3; ++a) {
-                forces[n][a] += scene.loads[l].force[a] * cells_at[n] / sum;
+                forces[loaded[l].nodes[i]][a] += force[a] * loaded[l].cells[i] / loaded[l].sum;
             }
         }
     }
+}
+
+std::vector<Vector3> nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, std::size_t nodes,
+                                 double time) {
+    std::vector<Vector3> forces(scene.loads.empty() ? 0 : nodes, Vector3{0, 0, 0});
+    set_nodal_loads(scene, loaded, time, forces);
     return forces;
+}
+
+double end_of_tables(const Scene& scene) {
+    double end = -std::numeric_limits<double>::infinity();
+    const auto look_at = [&end](const TimeTable& table) { end = table.empty() ? end : std::max(end, table.back()[0]); };
+    look_at(scene.gravity.acceleration_in_time);
+    for (const Load& load : scene.loads) {
+        look_at(load.force_in_time);
+    }
+    return end;
+}
+
+std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector3> rest, std::span<const double> masses,
+                                      const Supports& supports) {
+    std::vector<Vector3> velocities(rest.size(), Vector3{0, 0, 0});
+    std::vector<std::size_t> given(rest.size(), scene.starts.size());
+    for (std::size_t s = 0; s < scene.starts.size(); ++s) {
+        const Start& start = scene.starts[s];
+        std::vector<std::uint32_t> nodes(rest.size());
+        std::iota(nodes.begin(), nodes.end(), 0u);
+        if (start.where) {
+            nodes = nodes_of(scene, rest, *start.where, "start[" + std::to_string(s) + "].where");
+        }
+        double mass = 0;
+        Vector3 center{};
+        for (const std::uint32_t n : nodes) {
+            mass += masses[n];
+            for (std::size_t a = 0; a < 3; ++a) {
+                center[a] += masses[n] * rest[n][a];
+            }
+        }
+        for (const std::uint32_t n : nodes) {
+            const Vector3& w = start.angular_velocity;
+            Vector3 r{};
+            for (std::size_t a = 0; a < 3; ++a) {
+                r[a] = rest[n][a] - center[a] / mass;
+            }
+            for (std::size_t a = 0; a < 3; ++a) {
+                const std::size_t i = (a + 1) % 3, j = (a + 2) % 3;
+                velocities[n][a] = start.velocity[a] + w[i] * r[j] - w[j] * r[i];
+            }
+            given[n] = s;
+        }
+    }
+    const std::span<const PrescribedNode> held = supports.present();
+    for (std::size_t h = 0; h < held.size(); ++h) {
+        const std::uint32_t n = held[h].node;
+        Vector3& v = velocities[n];
+        const double rounding = 1e-9 * std::hypot(v[0], v[1], v[2]);
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (!holds(held[h].axes, a)) {
+                continue;
+            }
+            if (std::abs(v[a] - held[h].velocity[a]) > rounding) {
+                const Vector3& w = scene.starts[given[n]].angular_velocity;
+                throw scene_error(
+                    scene, "start[" + std::to_string(given[n]) + (w == Vector3{} ? "].velocity" : "].angular_velocity"),
+                    printed("node %u would begin with %g m/s along %c, where %s holds it; {of = ..., without = [...]} "
+                            "leaves nodes out of where",
+                            n, v[a], "xyz"[a], line_of(scene, path_of(supports.holders()[h].by[a])).c_str()));
+            }
+            v[a] = held[h].velocity[a];
+        }
+    }
+    return velocities;
 }
 
 namespace {

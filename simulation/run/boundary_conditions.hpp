@@ -37,6 +37,16 @@ struct Kinematics {
 /// The state at `time` of the node at `rest`; rotations turn about the axis through `center`.
 Kinematics moved(const Move& move, const Vector3& rest, const Vector3& center, double time);
 
+/// How many of some nodes are held, and how many of these by a fix or move that holds other nodes too but not all of
+/// them.
+struct SharedSupports {
+    std::size_t held = 0, shared = 0;
+    std::string by; ///< where the latter are, as the scene has it, with commas between
+};
+
+/// The region at `path` as the scene's text has it; of a scene without text the path.
+std::string where_text(const Scene& scene, const std::string& path);
+
 /// Which axes of which nodes are held, and how they move.
 class Supports {
 public:
@@ -54,6 +64,17 @@ public:
     std::span<const Vector3> accelerations() const { return accelerations_; }
     std::span<const PrescribedNode> present() const { return present_; }
 
+    /// Who holds each axis of a node: move m as m, fix f as -1 - f, or nobody.
+    struct Held {
+        static constexpr int kFree = std::numeric_limits<int>::min();
+        std::array<int, 3> by = {kFree, kFree, kFree};
+    };
+    /// Of the held nodes, entry by entry.
+    std::span<const Held> holders() const { return held_; }
+    /// `nodes` ascend.
+    SharedSupports shared(const Scene& scene, std::span<const Vector3> rest,
+                          std::span<const std::uint32_t> nodes) const;
+
     std::size_t fixed_node_count() const { return fixed_node_count_; }
     std::size_t moved_node_count() const { return moved_node_count_; }
 
@@ -61,12 +82,6 @@ private:
     /// Sets every held axis of every node to kinematics(move, rest position, center).
     template <class KinematicsOf>
     std::span<const PrescribedNode> set(const KinematicsOf& kinematics);
-
-    /// Who holds each axis: move m as m, fix f as -1 - f, or nobody.
-    struct Held {
-        static constexpr int kFree = std::numeric_limits<int>::min();
-        std::array<int, 3> by = {kFree, kFree, kFree};
-    };
 
     std::vector<Move> moves_;
     std::vector<Vector3> centers_;
@@ -82,9 +97,29 @@ private:
 std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3> rest, const Region& region,
                                     const std::string& path);
 
-/// The sum of all [[load]]s on each node, N; nothing at all where the scene has none. Throws SceneError where a region
-/// is empty.
-std::vector<Vector3> nodal_loads(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest);
+/// The nodes of a [[load]], and how many cells touch each: its share of the force.
+struct LoadedNodes {
+    std::vector<std::uint32_t> nodes;
+    std::vector<int> cells;
+    double sum = 0; ///< of cells
+};
+
+/// Of every [[load]]. Throws SceneError where a region is empty.
+std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest);
+
+/// Sets the sum of all [[load]]s at a time, N, on the nodes that they load; `forces` has one a node.
+void set_nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, double time, std::span<Vector3> forces);
+/// Of all nodes; nothing at all where the scene has no [[load]].
+std::vector<Vector3> nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, std::size_t nodes,
+                                 double time);
+
+/// The last time of all tables of loads and gravity, s; -infinity where the scene has none.
+double end_of_tables(const Scene& scene);
+
+/// The velocities that [[start]]s give, m/s, one a node. Throws SceneError where a region is empty, and for a node that
+/// would begin with another velocity than the one it is held at.
+std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector3> rest, std::span<const double> masses,
+                                      const Supports& supports);
 
 /// Springs do not tell a turn from none: where plates turn by more than half a turn against each other, an equilibrium
 /// of them may be that of a body that is twisted by a whole turn less, its cells having slipped through each other.

@@ -132,7 +132,8 @@ double cell_energy(const Material& material, double cell_size, double scale,
 
 bool Simulation::Implementation::changing() const {
     const double end = std::min(std::ceil(scene.solver.duration / time_step), 1e17);
-    return moving() || (!is_static() && static_cast<double>(schedule.next_step()) <= end);
+    return moving() || (!is_static() && time() < tables_end) ||
+           (!is_static() && static_cast<double>(schedule.next_step()) <= end);
 }
 
 void Simulation::Implementation::list_cells() {
@@ -152,7 +153,7 @@ void Simulation::Implementation::list_cells() {
 double Simulation::Implementation::energy_of(const BodyCell& cell, std::span<const Vector3> displacements,
                                              std::span<const Vector3> velocities) const {
     const double h = lattice.cell_size(), mass = scene.material.density * h * h * h / 8;
-    const Vector3& g = scene.gravity.acceleration;
+    const Vector3& g = gravity;
     std::array<Vector3, 8> u{};
     double energy = 0;
     for (std::size_t corner = 0; corner < 8; ++corner) {
@@ -241,8 +242,8 @@ void Simulation::Implementation::uncut() {
         lattice.set_cell_scale(static_cast<int>(cell % nx), static_cast<int>(cell / nx % ny),
                                static_cast<int>(cell / nx / ny), scale);
     }
-    loads = nodal_loads(scene, lattice, rest);
-    probes = probes_of(scene, rest);
+    spread_loads();
+    probes = probes_of(scene, rest, supports);
 }
 
 void Simulation::Implementation::cut_now() {

@@ -4,6 +4,7 @@
 #include "plan/bodies/critical_time_step.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace hybmss {
 namespace {
@@ -41,9 +42,25 @@ std::string no_volume_force(const Scene& scene) {
                                                : "volume_energy = \"none\" (HybMSS-CF)";
 }
 
+/// A step at a time is taken until its end.
+std::string in_time(const TimeTable& table) {
+    return printed("a table of %zu rows to %g s", table.size(), table.back()[0]);
+}
+
 std::string gravity(const Simulation& s) {
-    const auto& g = s.scene().gravity.acceleration;
-    return printed("(%g, %g, %g) m/s^2", g[0], g[1], g[2]);
+    const Gravity& gravity = s.scene().gravity;
+    const double end = std::numeric_limits<double>::infinity();
+    const auto g = value_at(gravity.acceleration, gravity.acceleration_in_time, end);
+    return (gravity.acceleration_in_time.empty() ? "" : in_time(gravity.acceleration_in_time) + ", in the end ") +
+           printed("(%g, %g, %g) m/s^2", g[0], g[1], g[2]);
+}
+
+std::string loads(const Simulation& s) {
+    std::string text = printed("%zu [[load]]", s.scene().loads.size());
+    for (const Load& load : s.scene().loads) {
+        text += load.force_in_time.empty() ? "" : ", one by " + in_time(load.force_in_time);
+    }
+    return text;
 }
 
 std::string prescribed_motion(const Simulation& s) {
@@ -114,15 +131,13 @@ constexpr EffectRule kEffects[] = {
      [](Scene& s) { s.material.stiffening = {}; }},
     {"gravity", "`[gravity]`", "a variant of the sweep, with mass damping", "", "nothing", true,
      [](const Scene& s) {
-         return s.gravity.acceleration != std::array<double, 3>{0, 0, 0};
+         return s.gravity.acceleration != std::array<double, 3>{0, 0, 0} || !s.gravity.acceleration_in_time.empty();
      },
      gravity, [](const Scene&) { return std::string("no [gravity], or zero"); },
      [](Scene& s) {
          s.gravity.acceleration = {0, -10, 0};
      },
-     [](Scene& s) {
-         s.gravity.acceleration = {0, 0, 0};
-     }},
+     [](Scene& s) { s.gravity = {}; }},
     {"inertia", "a solver in time", "part of the sweep", "", "4 numbers a node: velocities, masses", false, always,
      [](const Simulation& s) { return std::string(name(s.scene().solver.method)); }, never_absent, nullptr, nullptr},
     {"mass damping", "`damping.mass`", "a variant of the sweep, with gravity", "", "nothing", false,
@@ -136,8 +151,7 @@ constexpr EffectRule kEffects[] = {
      [](const Scene&) { return std::string("no damping.stiffness, or zero"); },
      [](Scene& s) { s.damping.stiffness = 1e-4; }, [](Scene& s) { s.damping.stiffness = 0; }},
     {"loads", "`[[load]]`", "a pass over the loaded components", "a loop over components",
-     "24 bytes a component (float: 16)", true, [](const Scene& s) { return !s.loads.empty(); },
-     [](const Simulation& s) { return printed("%zu [[load]]", s.scene().loads.size()); },
+     "24 bytes a component (float: 16)", true, [](const Scene& s) { return !s.loads.empty(); }, loads,
      [](const Scene&) { return std::string("no [[load]]"); },
      [](Scene& s) {
          s.loads.push_back({FaceRegion{1, true}, {0, -1, 0}});

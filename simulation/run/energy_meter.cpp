@@ -51,6 +51,7 @@ double EnergyMeter::kinetic(std::span<const Vector3> next) const {
 ///
 ///     damping force  -c m w'
 ///     support force  R = m (w' - w)/dt + c m w' - f - m g - load
+///     m g and loads, where they change
 ///
 /// each over the way dt (before w + after w').
 void EnergyMeter::add_works(std::span<const Vector3> next, double before, double after, Works& works) const {
@@ -65,12 +66,18 @@ void EnergyMeter::add_works(std::span<const Vector3> next, double before, double
         }
         works.mass_damping += c * sum;
     }
+    for (std::size_t n = 0; constants_.changing_loads && n < next.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            works.gravity += constants_.masses[n] * last_.gravity[a] * way(n, a);
+            works.loads += last_.loads.empty() ? 0 : last_.loads[n][a] * way(n, a);
+        }
+    }
     for (const PrescribedNode& node : last_.held) {
         const std::size_t n = node.node;
         for (std::size_t a = 0; a < 3; ++a) {
             if (node.axes >> a & 1) {
-                const double inertia = (next[n][a] - velocity_[n][a]) / dt + c * next[n][a] - constants_.gravity[a];
-                const double load = constants_.loads.empty() ? 0 : constants_.loads[n][a];
+                const double inertia = (next[n][a] - velocity_[n][a]) / dt + c * next[n][a] - last_.gravity[a];
+                const double load = last_.loads.empty() ? 0 : last_.loads[n][a];
                 works.supports += (constants_.masses[n] * inertia - last_.forces[n][a] - load) * way(n, a);
             }
         }
@@ -107,6 +114,9 @@ void EnergyMeter::record(MeteredState state) {
 std::vector<double> EnergyMeter::memory() const {
     std::vector<double> memory = {begun_ ? 1.0 : 0.0, works_.supports, works_.mass_damping, works_.obstacles,
                                   start_kinetic_,     start_elastic_,  peak_kinetic_};
+    if (constants_.changing_loads) {
+        memory.insert(memory.end(), {works_.loads, works_.gravity});
+    }
     for (const EffectEnergy& effect : start_effects_) {
         memory.push_back(effect.stored);
         memory.push_back(effect.dissipated);
@@ -120,16 +130,21 @@ std::vector<double> EnergyMeter::memory() const {
 }
 
 void EnergyMeter::set_memory(std::span<const double> memory, MeteredState last) {
-    if (memory.size() != 7 + 2 * start_effects_.size() + 6 * start_.size()) {
+    const std::size_t works = constants_.changing_loads ? 9 : 7;
+    if (memory.size() != works + 2 * start_effects_.size() + 6 * start_.size()) {
         throw std::runtime_error("its energy balance is of another body");
     }
     const double* next = memory.data();
     begun_ = *next++ != 0;
-    works_ = {next[0], next[1], next[2]};
+    works_ = {.supports = next[0], .mass_damping = next[1], .obstacles = next[2]};
     start_kinetic_ = next[3];
     start_elastic_ = next[4];
     peak_kinetic_ = next[5];
     next += 6;
+    if (constants_.changing_loads) {
+        works_.loads = *next++;
+        works_.gravity = *next++;
+    }
     for (EffectEnergy& effect : start_effects_) {
         effect.stored = *next++;
         effect.dissipated = *next++;
@@ -149,8 +164,8 @@ std::vector<Vector3> EnergyMeter::predicted() const {
     std::vector<Vector3> next = velocity_;
     for (std::size_t n = 0; n < next.size(); ++n) {
         for (std::size_t a = 0; a < 3; ++a) {
-            const double load = constants_.loads.empty() ? 0 : constants_.loads[n][a];
-            next[n][a] += dt * ((last_.forces[n][a] + load) / constants_.masses[n] + constants_.gravity[a]);
+            const double load = last_.loads.empty() ? 0 : last_.loads[n][a];
+            next[n][a] += dt * ((last_.forces[n][a] + load) / constants_.masses[n] + last_.gravity[a]);
             next[n][a] /= 1 + dt * constants_.mass_damping;
         }
     }
@@ -177,11 +192,13 @@ EnergyBalance EnergyMeter::balance() const {
     balance.supports = works.supports;
     balance.obstacles = works.obstacles;
     balance.mass_damping = works.mass_damping;
-    for (std::size_t n = 0; n < start_.size(); ++n) {
+    balance.gravity = works.gravity;
+    balance.loads = works.loads;
+    for (std::size_t n = 0; !constants_.changing_loads && n < start_.size(); ++n) {
         for (std::size_t a = 0; a < 3; ++a) {
             const double way = last_.displacements[n][a] - start_[n][a];
-            balance.gravity += constants_.masses[n] * constants_.gravity[a] * way;
-            balance.loads += constants_.loads.empty() ? 0 : constants_.loads[n][a] * way;
+            balance.gravity += constants_.masses[n] * last_.gravity[a] * way;
+            balance.loads += last_.loads.empty() ? 0 : last_.loads[n][a] * way;
         }
     }
     balance.elastic = last_.elastic - start_elastic_;

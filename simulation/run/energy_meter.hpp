@@ -22,7 +22,9 @@ struct MeteredState {
         Vector3 force, torque;   ///< N and N m, that it exerts on the body
     };
     std::vector<Obstacle> obstacles;
-    double elastic = 0; ///< J
+    std::vector<Vector3> loads; ///< N, one a node, or none
+    Vector3 gravity;            ///< m/s^2
+    double elastic = 0;         ///< J
     std::vector<EffectEnergy> effects;
 };
 
@@ -35,9 +37,8 @@ public:
     struct Constants {
         double time_step; ///< s
         std::span<const double> masses;
-        Vector3 gravity;                ///< m/s^2
-        double mass_damping;            ///< 1/s
-        std::span<const Vector3> loads; ///< N, one a node, or none
+        double mass_damping; ///< 1/s
+        bool changing_loads; ///< loads or gravity change in time, and so have no potential
     };
 
     /// `velocities` at the start.
@@ -57,6 +58,7 @@ public:
 private:
     struct Works {
         double supports = 0, mass_damping = 0, obstacles = 0;
+        double loads = 0, gravity = 0; ///< where they change
     };
     /// Works of the forces at the last state over half the way to it and half the way on, whose velocity is `next`.
     void add_works(std::span<const Vector3> next, double before, double after, Works& works) const;

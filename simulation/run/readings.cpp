@@ -55,6 +55,8 @@ ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, 
                         std::span<const Vector3> support) {
     ProbeReading reading;
     reading.name = probe.name;
+    reading.reaction_nodes = probe.reaction_nodes;
+    reading.shared_reaction_nodes = probe.shared_reaction_nodes;
     const auto count = static_cast<double>(probe.nodes.size());
     for (std::uint32_t n : probe.nodes) {
         const Vector3 &u = displacements[n], &f = support[n];
@@ -77,11 +79,11 @@ std::span<const double> Simulation::Implementation::masses() const {
 }
 
 NodalForces Simulation::Implementation::nodal_forces(std::span<const Vector3> internal) const {
-    Vector3 gravity = scene.gravity.acceleration;
-    for (double& g : gravity) {
+    Vector3 part = gravity;
+    for (double& g : part) {
         g *= loaded_part();
     }
-    return {internal, masses(), gravity, scene.damping.mass, loads, loaded_part()};
+    return {internal, masses(), part, scene.damping.mass, loads, loaded_part()};
 }
 
 double Simulation::Implementation::stored_in_effects() const {
@@ -93,7 +95,7 @@ double Simulation::Implementation::stored_in_effects() const {
 }
 
 double Simulation::Implementation::external_energy(std::span<const Vector3> displacements) const {
-    const Vector3& g = scene.gravity.acceleration;
+    const Vector3& g = gravity;
     const std::span<const double> mass = masses();
     double sum = 0;
     for (std::size_t n = 0; n < displacements.size(); ++n) {
@@ -116,7 +118,7 @@ Energies Simulation::Implementation::energies() const {
         },
         dynamics);
     energies.effects = effect_energies_of(dynamics);
-    if (scene.gravity.acceleration != Vector3{0, 0, 0} || !loads.empty()) {
+    if (gravity != Vector3{0, 0, 0} || !loads.empty()) {
         energies.external = external_energy(displacements_of(dynamics));
     }
     energies.removed = removed_energy;
@@ -180,13 +182,19 @@ std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() c
     }
     std::vector<NamedObstacleReading> named;
     for (std::size_t o = 0; o < readings.size(); ++o) {
-        named.push_back({scene.obstacles[o].name, readings[o]});
+        const double by_mass = obstacles.at_start()[o].stiffness * scene.material.density * scene.body.cell_size / 2;
+        named.push_back({scene.obstacles[o].name, readings[o], scene.obstacles[o].stiffness.value_or(by_mass)});
     }
     return named;
 }
 
 std::vector<std::string> Simulation::Implementation::warnings(std::span<const NamedObstacleReading> readings) const {
     std::vector<std::string> lines;
+    for (const ProbeNodes& probe : probes) {
+        if (!probe.shared.empty()) {
+            lines.push_back(probe.shared);
+        }
+    }
     for (std::size_t o = 0; o < readings.size(); ++o) {
         const double depth = readings[o].reading.greatest_depth, good = obstacles.greatest_good_depth(o);
         if (depth >= good * (1 - 1e-9)) {
@@ -199,13 +207,16 @@ std::vector<std::string> Simulation::Implementation::warnings(std::span<const Na
     return lines;
 }
 
+std::vector<Vector3> Simulation::Implementation::reactions() const {
+    const std::vector<Vector3> internal = forces_of(dynamics);
+    return support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
+}
+
 std::vector<ProbeReading> Simulation::Implementation::read_probes() const {
     if (probes.empty()) {
         return {};
     }
-    const std::vector<Vector3> internal = forces_of(dynamics), u = displacements_of(dynamics);
-    const std::vector<Vector3> support =
-        support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
+    const std::vector<Vector3> support = reactions(), u = displacements_of(dynamics);
     std::vector<ProbeReading> readings;
     for (const ProbeNodes& probe : probes) {
         readings.push_back(read_probe(probe, rest, u, support));
@@ -224,6 +235,8 @@ MeteredState Simulation::Implementation::metered_state() const {
         state.obstacles.push_back({obstacles.poses()[o].position, obstacles.angles()[o], readings[o].reading.force,
                                    readings[o].reading.torque});
     }
+    state.loads = loads;
+    state.gravity = gravity;
     state.elastic = std::visit([](const auto& d) { return d.potential_energy().total(); }, dynamics);
     state.effects = effect_energies_of(dynamics);
     return state;

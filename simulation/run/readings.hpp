@@ -30,6 +30,8 @@ struct ProbeNodes {
     std::string name;
     std::vector<std::uint32_t> nodes;
     Vector3 centroid = {0, 0, 0}; ///< m, at rest
+    std::size_t reaction_nodes = 0, shared_reaction_nodes = 0;
+    std::string shared = {}; ///< what to tell of the shared ones
 };
 
 ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, std::span<const Vector3> displacements,

@@ -78,6 +78,21 @@ Energies Simulation::energies() const {
 std::vector<ProbeReading> Simulation::probes() const {
     return implementation_->read_probes();
 }
+std::vector<std::string> Simulation::shared_supports() const {
+    std::vector<std::string> lines;
+    for (const ProbeNodes& probe : implementation_->probes) {
+        if (!probe.shared.empty()) {
+            lines.push_back(probe.shared);
+        }
+    }
+    return lines;
+}
+std::span<const double> Simulation::masses() const {
+    return implementation_->masses();
+}
+std::vector<Vector3> Simulation::reactions() const {
+    return implementation_->reactions();
+}
 std::vector<RigidPose> Simulation::obstacle_poses() const {
     const std::span<const RigidPose> poses = implementation_->obstacles.poses();
     return {poses.begin(), poses.end()};
@@ -208,7 +223,10 @@ Summary Simulation::Implementation::summary(std::string failure) const {
         summary.failure =
             printed("not settled after duration = %.6g s: residual %.3g, kinetic ratio %.3g, tolerance %.3g%s",
                     scene.solver.duration, summary.settlement.residual, summary.settlement.kinetic_ratio,
-                    *scene.solver.tolerance, moving() ? "; a motion has not ended" : "");
+                    *scene.solver.tolerance,
+                    moving()              ? "; a motion has not ended"
+                    : time() < tables_end ? "; a load has not come to its end"
+                                          : "");
         for (const NamedObstacleReading& obstacle : summary.obstacles) {
             if (obstacle.reading.nodes > 0) {
                 summary.failure +=

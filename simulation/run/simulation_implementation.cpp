@@ -138,22 +138,33 @@ std::string explained(const EquilibriumResult& result, const Scene& scene) {
 
 } // namespace
 
-std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest) {
+std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest, const Supports& supports) {
     std::vector<ProbeNodes> probes;
     for (std::size_t p = 0; p < scene.probes.size(); ++p) {
         ProbeNodes& probe = probes.emplace_back();
         probe.name = scene.probes[p].name;
         probe.nodes = nodes_of(scene, rest, scene.probes[p].where, "probe[" + std::to_string(p) + "].where");
         probe.centroid = rest_centroid(rest, probe.nodes);
+        const SharedSupports shared = supports.shared(scene, rest, probe.nodes);
+        probe.reaction_nodes = shared.held;
+        probe.shared_reaction_nodes = shared.shared;
+        if (shared.shared > 0) {
+            const std::string where = where_text(scene, "probe[" + std::to_string(p) + "].where");
+            probe.shared =
+                printed("probe %s, where = %s: %zu of its %zu held nodes are held by others of %s too, whose "
+                        "forces there it reads; where = {of = %s, without = [%s]} leaves these nodes out",
+                        probe.name.c_str(), where.c_str(), shared.shared, shared.held, shared.by.c_str(), where.c_str(),
+                        shared.by.c_str());
+        }
     }
     return probes;
 }
 
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
     : scene(within_ranges(std::move(given))), options(wanted), lattice(make_lattice(scene, options)),
-      rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest), probes(probes_of(scene, rest)),
-      loads(nodal_loads(scene, lattice, rest)), frequencies(lattice_frequencies(lattice, scene.material)),
-      obstacles(scene, frequencies.critical_time_step()),
+      rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest),
+      probes(probes_of(scene, rest, supports)), tables_end(end_of_tables(scene)),
+      frequencies(lattice_frequencies(lattice, scene.material)), obstacles(scene, frequencies.critical_time_step()),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
       critical_time_step(frequencies.critical_time_step(scene.damping.stiffness)),
       time_step(choose_time_step(scene, frequencies)), cut_step(step_to_cut(scene, time_step)),
@@ -161,8 +172,16 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     check_cuts(scene, dynamics);
     obstacles.set_time_step(time_step);
     apply_damping();
+    spread_loads();
     apply_loads();
     set_obstacles();
+    if (!scene.starts.empty()) {
+        if (is_static()) {
+            throw scene_error(scene, "solver.method",
+                              "a scene with [[start]] must be solved in time: an equilibrium has no velocities");
+        }
+        set_state(dynamics, displacements_of(dynamics), start_velocities(scene, rest, masses(), supports));
+    }
     prescribe();
     check_start();
     if (scene.output.energy_balance) {
@@ -171,9 +190,8 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
                               "a scene with it must be solved by \"symplectic-euler\": the other methods do not keep "
                               "energy, or have no time");
         }
-        meter.emplace(
-            EnergyMeter::Constants{time_step, masses(), scene.gravity.acceleration, scene.damping.mass, loads},
-            metered_state(), velocities_of(dynamics));
+        meter.emplace(EnergyMeter::Constants{time_step, masses(), scene.damping.mass, has_tables()}, metered_state(),
+                      velocities_of(dynamics));
     }
 }
 
@@ -202,7 +220,36 @@ void Simulation::Implementation::check_start() const {
     }
 }
 
+void Simulation::Implementation::spread_loads() {
+    const double time = is_static() ? std::numeric_limits<double>::infinity() : 0;
+    gravity = value_at(scene.gravity.acceleration, scene.gravity.acceleration_in_time, time);
+    loaded = loaded_nodes(scene, lattice, rest);
+    loads = nodal_loads(scene, loaded, rest.size(), time);
+    if (is_static() || std::all_of(scene.loads.begin(), scene.loads.end(),
+                                   [](const Load& load) { return load.force_in_time.empty(); })) {
+        loaded = {};
+    }
+}
+
+void Simulation::Implementation::load_as_at(double time) {
+    gravity = value_at(scene.gravity.acceleration, scene.gravity.acceleration_in_time, time);
+    if (loaded.empty()) {
+        return;
+    }
+    set_nodal_loads(scene, loaded, time, loads);
+    const std::span<const double> mass = masses();
+    for (const LoadedNodes& load : loaded) {
+        for (const std::uint32_t n : load.nodes) {
+            loads[n] = mass[n] > 0 ? loads[n] : Vector3{0, 0, 0};
+        }
+    }
+    apply_loads();
+}
+
 void Simulation::Implementation::prescribe() {
+    if (has_tables()) {
+        load_as_at(time());
+    }
     const std::span<const PrescribedNode> nodes = is_static() ? supports.at_part(load_fraction) : supports.at(time());
     on_explicit([&](auto& d) {
         d.prescribe(nodes);
@@ -215,7 +262,9 @@ void Simulation::Implementation::prescribe() {
 void Simulation::Implementation::apply_loads() {
     std::vector<NodalLoad> nodal;
     for (std::size_t n = 0; n < loads.size(); ++n) {
-        nodal.push_back({static_cast<std::uint32_t>(n), loads[n]});
+        if (loads[n] != Vector3{0, 0, 0}) {
+            nodal.push_back({static_cast<std::uint32_t>(n), loads[n]});
+        }
     }
     on_explicit([&](auto& d) { d.load(nodal); });
 }
@@ -247,7 +296,6 @@ std::string Simulation::Implementation::step(long count) {
         }
         return failure;
     }
-    const StepParameters parameters{time_step, scene.gravity.acceleration, scene.damping.mass};
     // Plates are set after each step, so that every force is taken with all nodes at the same time.
     StepMotion motion;
     motion.nodes = [this](long step) { return supports.at(time_after(steps + step)); };
@@ -255,16 +303,19 @@ std::string Simulation::Implementation::step(long count) {
         motion.obstacles = [this](long step) { return obstacles.at(time_after(steps + step)); };
     }
     const auto advance = [&](long n, const StepMotion& led) {
-        on_explicit([&](auto& d) { d.step(parameters, n, led); });
+        on_explicit([&](auto& d) { d.step({time_step, gravity, scene.damping.mass}, n, led); });
         steps += n;
     };
     cut_now();
     for (long end = steps + count; steps < end; cut_now()) {
         const long next = std::min(end, schedule.next_step());
         while (steps < next) {
-            const bool led = moving();
-            advance(meter ? 1 : (led ? std::min(next, last_step_of_motion()) : next) - steps,
+            const bool led = moving(), by_tables = time() < tables_end;
+            advance(meter || by_tables ? 1 : (led ? std::min(next, last_step_of_motion()) : next) - steps,
                     led ? motion : StepMotion{});
+            if (by_tables) {
+                load_as_at(time());
+            }
             if (meter) {
                 meter->record(metered_state());
             }
@@ -332,7 +383,7 @@ std::string Simulation::Implementation::solve(const RunCallbacks& callbacks) {
     }
     const auto loading = [&](double fraction) {
         const std::span<const PrescribedNode> held = supports.at_part(fraction);
-        Loading part{{held.begin(), held.end()}, loads, scene.gravity.acceleration};
+        Loading part{{held.begin(), held.end()}, loads, gravity};
         for (std::size_t a = 0; a < 3; ++a) {
             part.acceleration[a] *= fraction;
             for (Vector3& force : part.forces) {
@@ -376,7 +427,11 @@ double Simulation::Implementation::estimated_seconds() const {
 std::string Simulation::Implementation::implicit_step() {
     const double end = time_after(steps + 1), length = steps + 1 == cut_step ? end - time() : time_step;
     const std::span<const PrescribedNode> held = supports.at(end);
-    const Loading loading{{held.begin(), held.end()}, loads, scene.gravity.acceleration};
+    const bool by_tables = time() < tables_end;
+    if (by_tables) {
+        load_as_at(end);
+    }
+    const Loading loading{{held.begin(), held.end()}, loads, gravity};
     const EquilibriumResult result =
         on_implicit([&](auto& d) { return d.step(loading, length, scene.damping.mass, equilibrium_options()); });
     add_work(result);
@@ -385,6 +440,9 @@ std::string Simulation::Implementation::implicit_step() {
         return "";
     }
     supports.at(time());
+    if (by_tables) {
+        load_as_at(time());
+    }
     return printed("step %ld (t = %.6g s) did not converge (%s, residual %.3g): ", steps + 1, end,
                    std::string(name(result.status)).c_str(), result.residual) +
            explained(result, scene);

@@ -13,6 +13,7 @@
 #include "simulation/run/readings.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,7 +22,7 @@
 namespace hybmss {
 
 /// The scene's probes. Throws SceneError where a region is empty.
-std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest);
+std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest, const Supports& supports);
 
 struct Simulation::Implementation {
     Scene scene;
@@ -30,7 +31,10 @@ struct Simulation::Implementation {
     std::vector<Vector3> rest;
     Supports supports;
     std::vector<ProbeNodes> probes;
-    std::vector<Vector3> loads; ///< N, one a node; empty where the scene has none
+    double tables_end;               ///< s: from then on loads and gravity are constant
+    std::vector<LoadedNodes> loaded; ///< where loads change; else none
+    std::vector<Vector3> loads;      ///< N, one a node, at present; empty where the scene has none
+    Vector3 gravity;                 ///< m/s^2, at present
     FrequencyBounds frequencies;
     Obstacles obstacles;
     AnyDynamics dynamics;
@@ -99,6 +103,11 @@ struct Simulation::Implementation {
     void prescribe();
     void set_obstacles();
     void apply_loads();
+    bool has_tables() const { return !is_static() && tables_end > -std::numeric_limits<double>::infinity(); }
+    /// Spreads loads over the whole body, by their values at the start; of a static scene at the end.
+    void spread_loads();
+    /// Sets loads and gravity to what tables say of a time.
+    void load_as_at(double time);
 
     /// Whether something prescribed is still to come within the duration.
     bool changing() const;
@@ -135,6 +144,8 @@ struct Simulation::Implementation {
     /// energy at a stretch of about a hundred.
     std::string blow_up(const Energies& energies) const;
     std::vector<ProbeReading> read_probes() const;
+    std::vector<Vector3> reactions() const;
+    std::span<const double> masses() const;
     std::vector<NamedObstacleReading> read_obstacles() const;
     MeteredState metered_state() const;
     Summary summary(std::string failure) const;
@@ -151,7 +162,6 @@ private:
     double energy_of(const BodyCell& cell, std::span<const Vector3> displacements,
                      std::span<const Vector3> velocities) const;
     NodalForces nodal_forces(std::span<const Vector3> internal) const;
-    std::span<const double> masses() const;
     double external_energy(std::span<const Vector3> displacements) const;
     double stored_in_effects() const;
 };

@@ -3,6 +3,8 @@
 #include "layouts/read_file.hpp"
 #include "simulation/scene/scene_keys.hpp"
 
+#include <algorithm>
+
 namespace hybmss {
 
 using namespace scene_format;
@@ -24,6 +26,27 @@ std::string without_indices(const std::string& path) {
 }
 
 } // namespace
+
+bool RegionWithout::operator==(const RegionWithout& other) const {
+    return of == other.of && without == other.without;
+}
+
+std::array<double, 3> value_at(const std::array<double, 3>& constant, const TimeTable& table, double time) {
+    if (table.empty()) {
+        return constant;
+    }
+    const auto after =
+        std::upper_bound(table.begin(), table.end(), time, [](double t, const auto& row) { return t < row[0]; });
+    const auto before = after == table.begin() ? after : after - 1;
+    std::array<double, 3> value = {(*before)[1], (*before)[2], (*before)[3]};
+    if (before != after && after != table.end()) {
+        const double part = (time - (*before)[0]) / ((*after)[0] - (*before)[0]);
+        for (std::size_t a = 0; a < 3; ++a) {
+            value[a] += part * ((*after)[a + 1] - value[a]);
+        }
+    }
+    return value;
+}
 
 SceneError scene_error(const Scene& scene, const std::string& path, const std::string& reason) {
     const SceneSource& source = scene.source;

@@ -179,6 +179,15 @@ std::vector<std::uint32_t> select(std::span<const Vector3> rest, double, const N
     return {static_cast<std::uint32_t>(region.node)};
 }
 
+std::vector<std::uint32_t> select(std::span<const Vector3> rest, double slack, const RegionWithout& region) {
+    std::vector<std::uint32_t> nodes = select_nodes(rest, 1e6 * slack, region.of.at(0));
+    for (const Region& other : region.without) {
+        const std::vector<std::uint32_t> out = select_nodes(rest, 1e6 * slack, other); // ascending, as all are
+        std::erase_if(nodes, [&](std::uint32_t n) { return std::binary_search(out.begin(), out.end(), n); });
+    }
+    return nodes;
+}
+
 } // namespace
 
 bool inside(const BoxRegion& box, const Vector3& x, double slack) {

@@ -169,8 +169,31 @@ constexpr KeyTable<Move> kMove = {
     "either `translate` or `rotate`, not both.",
     kMoveKeys, complete_move};
 
+constexpr Key<Start> kStartKeys[] = {
+    {"where", "", kRegion, "the whole body", "the nodes that begin so", member<&Start::where>},
+    {"velocity", "m/s", kBounded, "[0, 0, 0]", "of them all", member<&Start::velocity>},
+    {"angular_velocity", "rad/s", kBounded, "[0, 0, 0]",
+     "besides, about the centre of mass of these nodes; by the right hand, as a vector along the axis",
+     member<&Start::angular_velocity>},
+};
+
+void complete_start(const GivenTable& given, Start&) {
+    if (given.count("velocity", "angular_velocity") == 0) {
+        given.missing("velocity", "or angular_velocity must be given");
+    }
+}
+
+constexpr KeyTable<Start> kStart = {
+    "start",
+    "Velocities at time 0; a body begins at rest without. A node that several hold has that of the last one. What is "
+    "fixed or moved begins at rest: such a node must not be given another velocity along an axis that is held.",
+    kStartKeys, complete_start};
+
 constexpr Key<Gravity> kGravityKeys[] = {
-    {"acceleration", "m/s^2", kBounded, "required", "acts on every node", member<&Gravity::acceleration>},
+    {"acceleration", "m/s^2",
+     from(-1e9, 1e9, "three numbers, or rows [time, x, y, z] with ascending times, each at most 1e9 in size"),
+     "required", "acts on every node; rows: see \"Time tables\"",
+     field<VectorInTimeFormat, InTime<&Gravity::acceleration, &Gravity::acceleration_in_time>>},
 };
 constexpr KeyTable<Gravity> kGravity = {"gravity", "A uniform acceleration.", kGravityKeys};
 
@@ -184,8 +207,10 @@ constexpr KeyTable<Damping> kDamping = {"damping", "What takes energy out.", kDa
 
 constexpr Key<Load> kLoadKeys[] = {
     {"where", "", kRegion, "required", "the nodes loaded", member<&Load::where>},
-    {"force", "N", from(-1e18, 1e18, "three numbers, each at most 1e18 in size"), "required",
-     "the force in all; it does not turn with the body", member<&Load::force>},
+    {"force", "N",
+     from(-1e18, 1e18, "three numbers, or rows [time, x, y, z] with ascending times, each at most 1e18 in size"),
+     "required", "the force in all; it does not turn with the body; rows: see \"Time tables\"",
+     field<VectorInTimeFormat, InTime<&Load::force, &Load::force_in_time>>},
 };
 constexpr KeyTable<Load> kLoad = {
     "load", "A dead force on a region's nodes, in proportion to the cells that they touch.", kLoadKeys};
@@ -350,6 +375,10 @@ constexpr Key<Output> kOutputKeys[] = {
     {"energy_balance", "", words("true or false"), "false",
      "meter works and losses in every step, which makes it several times slower; symplectic-euler only",
      member<&Output::energy_balance>},
+    {"mass", "", words("true or false"), "false", "`mass` of the nodes (kg) in the .vtu files", member<&Output::mass>},
+    {"reaction", "", words("true or false"), "false",
+     "`reaction` of the nodes (N) in the .vtu files: the force of what fixes or moves them, 0 elsewhere",
+     member<&Output::reaction>},
 };
 constexpr KeyTable<Output> kOutput = {"output", "What `--out` holds, besides the summary and the last state.",
                                       kOutputKeys};
@@ -430,6 +459,7 @@ constexpr SceneTable kTables[] = {
     of_scene<kLabel, &Scene::labels>(),
     of_scene<kFix, &Scene::fixes>(),
     of_scene<kMove, &Scene::moves>(),
+    of_scene<kStart, &Scene::starts>(),
     of_scene<kGravity, &Scene::gravity>(),
     of_scene<kDamping, &Scene::damping>(),
     of_scene<kLoad, &Scene::loads>(),
@@ -462,7 +492,9 @@ Region RegionFormat::read(const Given& given) {
         return FaceRegion{(*face)[0] - 'x', side == "-max"};
     }
     const Region region = TableFormat<kWhere>::read(given);
-    if (given.as<SceneValue::Table>().size() != 1) {
+    const auto* difference = std::get_if<RegionWithout>(&region);
+    if (given.as<SceneValue::Table>().size() != (difference ? 2 : 1) ||
+        (difference && (difference->of.empty() || difference->without.empty()))) {
         given.refuse();
     }
     return region;
@@ -479,6 +511,10 @@ void RegionFormat::check(const Check& check, const Region& region) {
     } else if (const auto* sphere = std::get_if<SphereRegion>(&region)) {
         check_keys(kSphere, *sphere);
     } else {
+        const auto* difference = std::get_if<RegionWithout>(&region);
+        if (difference && difference->of.size() != 1) {
+            check.refuse(static_cast<double>(difference->of.size()), "one region that others are taken from");
+        }
         check_keys(kWhere, region);
     }
 }
@@ -488,6 +524,28 @@ SceneValue RegionFormat::write(const Region& region, const Range&) {
         return {static_cast<char>('x' + face->axis) + std::string(face->high ? "-max" : "-min")};
     }
     return kWhere.write(region);
+}
+
+std::vector<Region> RegionListFormat::read(const Given& given) {
+    std::vector<Region> regions;
+    for (const SceneValue& item : given.as<SceneValue::Array>()) {
+        regions.push_back(RegionFormat::read({given, given.source, item}));
+    }
+    return regions;
+}
+
+void RegionListFormat::check(const Check& check, const std::vector<Region>& regions) {
+    for (const Region& region : regions) {
+        RegionFormat::check(check, region);
+    }
+}
+
+SceneValue RegionListFormat::write(const std::vector<Region>& regions, const Range& range) {
+    SceneValue::Array items;
+    for (const Region& region : regions) {
+        items.push_back(RegionFormat::write(region, range));
+    }
+    return {std::move(items)};
 }
 
 } // namespace scene_format

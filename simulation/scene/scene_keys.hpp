@@ -54,6 +54,17 @@ struct BoxFormat {
     static void check(const Check& check, const BoxRegion& box);
     static SceneValue write(const BoxRegion& box, const Range& range);
 };
+struct VectorInTime {
+    std::array<double, 3> constant;
+    TimeTable table;
+};
+/// Three numbers, or rows of a time and three numbers.
+struct VectorInTimeFormat {
+    static constexpr std::string_view kType = "3 numbers, or n x 4";
+    static VectorInTime read(const Given& given);
+    static void check(const Check& check, const VectorInTime& vector);
+    static SceneValue write(const VectorInTime& vector, const Range& range);
+};
 struct FlagFormat {
     static constexpr std::string_view kType = "boolean";
     static bool read(const Given& given) { return given.as<bool>(); }
@@ -98,6 +109,12 @@ struct RegionFormat {
     static Region read(const Given& given);
     static void check(const Check& check, const Region& region);
     static SceneValue write(const Region& region, const Range&);
+};
+struct RegionListFormat {
+    static constexpr std::string_view kType = "regions";
+    static std::vector<Region> read(const Given& given);
+    static void check(const Check& check, const std::vector<Region>& regions);
+    static SceneValue write(const std::vector<Region>& regions, const Range& range);
 };
 
 /// The format that follows from a member's type.
@@ -184,6 +201,16 @@ struct Alternative : Member<path...> {
     static std::optional<T> get(const typename Member<path...>::Owner& owner) {
         const T* held = std::get_if<T>(&Member<path...>::of(owner));
         return held ? std::optional<T>(*held) : std::nullopt;
+    }
+};
+/// A vector and the table that may stand in its place.
+template <auto constant, auto table>
+struct InTime {
+    using Owner = decltype(class_of(constant));
+    static std::optional<VectorInTime> get(const Owner& owner) { return VectorInTime{owner.*constant, owner.*table}; }
+    static void set(Owner& owner, VectorInTime value) {
+        owner.*constant = value.constant;
+        owner.*table = std::move(value.table);
     }
 };
 

@@ -12,6 +12,8 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace hybmss::scene_format {
 
@@ -45,7 +47,8 @@ inline constexpr Range kPlaneTable = words("{point = [x, y, z], normal = [x, y, 
 inline constexpr Range kRotationTable = words("{axis = \"x\", \"y\" or \"z\", degrees = angle}");
 inline constexpr Range kRegion =
     words("\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", {box = [[x, y, z], [x, y, z]]}, "
-          "{sphere = {center = [x, y, z], radius = r}} or {node = index}");
+          "{sphere = {center = [x, y, z], radius = r}}, {node = index} or {of = region, without = [region, ...]}");
+inline constexpr Range kRegions = words("a list of regions, as `where` takes them");
 inline constexpr Range kAxes = words("a string of one to three different letters of \"xyz\"");
 
 using Vector3 = std::array<double, 3>;
@@ -64,15 +67,40 @@ struct NodeFormat : IntegerFormat {
     static SceneValue write(NodeRegion region, const Range& range) { return IntegerFormat::write(region.node, range); }
 };
 
+inline RegionWithout& difference(Region& region) {
+    auto* const held = std::get_if<RegionWithout>(&region);
+    return held ? *held : region.emplace<RegionWithout>();
+}
+struct Of {
+    using Owner = Region;
+    static std::optional<Region> get(const Region& region) {
+        const auto* held = std::get_if<RegionWithout>(&region);
+        return held && !held->of.empty() ? std::optional(held->of[0]) : std::nullopt;
+    }
+    static void set(Region& region, Region of) { difference(region).of = {std::move(of)}; }
+};
+struct Without {
+    using Owner = Region;
+    static std::optional<std::vector<Region>> get(const Region& region) {
+        const auto* held = std::get_if<RegionWithout>(&region);
+        return held ? std::optional(held->without) : std::nullopt;
+    }
+    static void set(Region& region, std::vector<Region> without) { difference(region).without = std::move(without); }
+};
+
 inline constexpr Key<Region> kWhereKeys[] = {
     {"box", "m", kBox, "none", "nodes inside it or on its surface", field<BoxFormat, Alternative<BoxRegion>>},
     {"sphere", "", kSphereTable, "none", "nodes inside it or on its surface",
      field<TableFormat<kSphere>, Alternative<SphereRegion>>},
     {"node", "", from(0, kNoBound, "an integer, at least 0 and below the number of nodes"), "none",
      "one node; x fastest, then y, then z", field<NodeFormat, Alternative<NodeRegion>>},
+    {"of", "", kRegion, "none", "with `without`: nodes of this region", field<RegionFormat, Of>},
+    {"without", "", kRegions, "none", "with `of`: regions whose nodes are left out", field<RegionListFormat, Without>},
 };
 inline constexpr KeyTable<Region> kWhere = {
-    "where", "The value of `where`, unless it names a face of the bounding box. One of:", kWhereKeys};
+    "where",
+    "The value of `where`, unless it names a face of the bounding box. One of, or `of` and `without` together:",
+    kWhereKeys};
 
 // -- Motions and planes
 

@@ -124,6 +124,44 @@ SceneValue BoxFormat::write(const BoxRegion& box, const Range& range) {
         SceneValue::Array{VectorFormat<double>::write(box.low, range), VectorFormat<double>::write(box.high, range)}};
 }
 
+VectorInTime VectorInTimeFormat::read(const Given& given) {
+    const auto& items = given.as<SceneValue::Array>();
+    if (items.empty() || !items[0].as<SceneValue::Array>()) {
+        return {given.vector(given.value), {}};
+    }
+    VectorInTime vector{};
+    for (const SceneValue& item : items) {
+        const SceneValue::Array& row = given.array(item, 4);
+        vector.table.push_back(
+            {given.number(row[0]), given.number(row[1]), given.number(row[2]), given.number(row[3])});
+    }
+    check(given, vector);
+    return vector;
+}
+
+void VectorInTimeFormat::check(const Check& check, const VectorInTime& vector) {
+    VectorFormat<double>::check(check, vector.constant);
+    for (std::size_t r = 0; r < vector.table.size(); ++r) {
+        for (const double value : vector.table[r]) {
+            check.number(value);
+        }
+        if (r > 0 && !(vector.table[r][0] > vector.table[r - 1][0])) {
+            check.refuse(vector.table[r][0], check.range.allowed);
+        }
+    }
+}
+
+SceneValue VectorInTimeFormat::write(const VectorInTime& vector, const Range& range) {
+    if (vector.table.empty()) {
+        return VectorFormat<double>::write(vector.constant, range);
+    }
+    SceneValue::Array rows;
+    for (const auto& row : vector.table) {
+        rows.push_back({SceneValue::Array{{row[0]}, {row[1]}, {row[2]}, {row[3]}}});
+    }
+    return {std::move(rows)};
+}
+
 std::string TextFormat::read(const Given& given) {
     const std::string& text = given.as<std::string>();
     if (text.empty()) {

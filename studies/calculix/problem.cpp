@@ -3,6 +3,8 @@
 #include "simulation/run/boundary_conditions.hpp"
 #include "simulation/scene/scene_body.hpp"
 
+#include <limits>
+
 namespace hybmss::calculix {
 
 Problem scene_problem(const Scene& scene, ElementType type, Geometry geometry, Law law) {
@@ -12,8 +14,10 @@ Problem scene_problem(const Scene& scene, ElementType type, Geometry geometry, L
     Supports supports(scene, rest);
     const std::span<const PrescribedNode> held = supports.at_part(1);
     problem.loading.supports.assign(held.begin(), held.end());
-    problem.loading.acceleration = scene.gravity.acceleration;
-    problem.loading.forces = nodal_loads(scene, lattice, rest.first(problem.mesh.lattice_nodes));
+    constexpr double kEnd = std::numeric_limits<double>::infinity();
+    problem.loading.acceleration = value_at(scene.gravity.acceleration, scene.gravity.acceleration_in_time, kEnd);
+    const std::size_t nodes = problem.mesh.lattice_nodes;
+    problem.loading.forces = nodal_loads(scene, loaded_nodes(scene, lattice, rest.first(nodes)), nodes, kEnd);
     if (!problem.loading.forces.empty()) {
         problem.loading.forces.resize(rest.size(), {0, 0, 0});
     }

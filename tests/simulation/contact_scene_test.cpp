@@ -6,8 +6,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <sstream>
 
 namespace hybmss {
 namespace {
@@ -111,13 +114,65 @@ TEST(ContactScene, rests_with_its_weight_on_the_floor) {
     EXPECT_EQ(run.exit_code, 0) << run.errors;
     EXPECT_NE(run.output.find("obstacle a"), std::string::npos) << run.output;
     const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
-    EXPECT_TRUE(json.at("obstacles").at("a").contains("greatest_depth"));
+    const nlohmann::json& a = json.at("obstacles").at("a");
+    EXPECT_TRUE(a.contains("greatest_depth"));
+    // 16 (rho h / 2) / dt^2, with the body's own stable step: contact leaves it as it is.
+    const double dt = json.at("critical_time_step").get<double>();
+    EXPECT_NEAR(a.at("stiffness").get<double>(), 16 * 1000 * 0.1 / 2 / dt / dt, 1e-6 * a.at("stiffness").get<double>());
     EXPECT_TRUE(json.at("energy_balance").contains("relative_imbalance"));
     EXPECT_TRUE(json.at("effects").at("contact").contains("dissipated"));
     // Where it stands is in every result.
     const std::vector<double> drawn =
         test::vtu_array<double>(test::read_text(directory.path() / "r/body_0000.vtu"), "obstacles");
     EXPECT_EQ(drawn, (std::vector<double>{0, 0, 3, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
+}
+
+/// The columns of a csv file by their names.
+std::map<std::string, std::vector<double>> columns(const std::string& csv) {
+    std::istringstream lines(csv);
+    std::string line, field;
+    std::vector<std::string> names;
+    std::map<std::string, std::vector<double>> all;
+    for (bool header = true; std::getline(lines, line); header = false) {
+        std::istringstream fields(line);
+        for (std::size_t column = 0; std::getline(fields, field, ','); ++column) {
+            header ? names.push_back(field) : all[names.at(column)].push_back(std::stod(field));
+        }
+    }
+    return all;
+}
+
+TEST(ContactScene, probes_csv_holds_what_obstacles_did) {
+    const test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml",
+                     kCube + "[gravity]\nacceleration = [0, -10, 0]\n[[start]]\nvelocity = [1, -1, 0]\n"
+                             "[[obstacle]]\nname = \"floor\"\nplane = {point = [0, -0.01, 0], normal = [0, 1, 0]}\n"
+                             "friction = 0.5\n[[probe]]\nname = \"floor\"\nwhere = \"y-min\"\n"
+                             "[output]\nevery = 0.02\n[solver]\nduration = 0.4\n");
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_NE(run.output.find("Pa/m"), std::string::npos) << run.output;
+    const auto history = columns(test::read_text(directory.path() / "r/probes.csv"));
+    const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
+    const nlohmann::json& floor = json.at("obstacles").at("floor");
+    for (const char* quantity : {"nodes", "depth", "energy", "dissipated"}) {
+        const std::vector<double>& column = history.at(std::string("obstacles.floor.") + quantity);
+        EXPECT_EQ(column.size(), 21u);
+        EXPECT_NEAR(column.back(), floor.at(quantity).get<double>(), 1e-8 * std::abs(column.back())) << quantity;
+    }
+    for (const char* quantity : {"force", "torque", "impulse"}) {
+        for (int a = 0; a < 3; ++a) {
+            const double last = history.at(std::string("obstacles.floor.") + quantity + "." + "xyz"[a]).back();
+            EXPECT_NEAR(last, floor.at(quantity).at(a).get<double>(), 1e-8 * std::abs(last)) << quantity;
+        }
+    }
+    // Not yet there, on its way, at work: what the floor gave stopped the fall, and friction took from the slide.
+    const auto& nodes = history.at("obstacles.floor.nodes");
+    EXPECT_EQ(nodes[0], 0);
+    EXPECT_GT(*std::max_element(nodes.begin(), nodes.end()), 20);
+    EXPECT_GT(history.at("obstacles.floor.impulse.y").back(), 64);
+    EXPECT_LT(history.at("obstacles.floor.impulse.x").back(), -5);
+    EXPECT_GT(history.at("obstacles.floor.dissipated").back(), 5);
 }
 
 /// A quarter of a block under a sphere that is pressed into it by 1 % of its height.

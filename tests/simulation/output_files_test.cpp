@@ -1,6 +1,7 @@
 /// Where files are written to and read from: links, pipes, devices, directories in use, full disks, empty names.
 
 #include "simulation/results/atomic_file.hpp"
+#include "simulation/results/results.hpp"
 #include "tests/program.hpp"
 
 #include <fcntl.h>
@@ -127,6 +128,53 @@ TEST_F(OutputFiles, standard_output_that_is_full_is_an_error_everywhere) {
     for (const char* arguments : {"--version", "--help", "explain --keys", "explain s.toml"}) {
         EXPECT_EQ(shell("'" HYBMSS_APP "' " + std::string(arguments) + " > /dev/full 2> errors"), 1) << arguments;
     }
+}
+
+TEST_F(OutputFiles, frames_of_a_longer_earlier_run_are_removed_and_nothing_foreign) {
+    EXPECT_EQ(run("run s.toml --out D").exit_code, 0);
+    ASSERT_TRUE(fs::exists(path("D/body_0009.vtu")));
+    fs::copy_file(path("D/body_0009.vtu"), path("D/body_12345.vtu")); // as of a very long run
+    for (const char* name :
+         {"D/body_9.vtu", "D/body_00009.vtu", "D/body_0009.vtu.old", "D/mine_0009.vtu", "kept.vtu"}) {
+        fs::copy_file(path("D/body_0009.vtu"), path(name));
+    }
+    write("D/body_0008.vtu", "not ours");
+    fs::remove(path("D/body_0007.vtu"));
+    fs::create_symlink("../kept.vtu", path("D/body_0007.vtu"));
+    fs::create_directory(path("D/body_0099.vtu"));
+
+    write("s.toml", test::small_scene("every = 0.5", "every = 100"));
+    EXPECT_EQ(run("run s.toml --out D").exit_code, 0);
+    for (const char* name :
+         {"D/body_0000.vtu", "D/body_0001.vtu", "D/body_9.vtu", "D/body_00009.vtu", "D/body_0009.vtu.old",
+          "D/mine_0009.vtu", "D/body_0008.vtu", "D/body_0007.vtu", "D/body_0099.vtu", "kept.vtu"}) {
+        EXPECT_TRUE(fs::exists(path(name))) << name;
+    }
+    for (const char* name : {"D/body_0002.vtu", "D/body_0009.vtu", "D/body_12345.vtu"}) {
+        EXPECT_FALSE(fs::exists(path(name))) << name;
+    }
+}
+
+TEST_F(OutputFiles, the_list_of_frames_names_those_that_are_there) {
+    Simulation simulation(parse_scene(test::small_scene(), "s.toml"));
+    std::string state;
+    {
+        Results results(path("D"), simulation);
+        results.record();
+        results.record();
+        state = results.state();
+        results.record(); // and is killed
+    }
+    fs::remove(path("D/body_0000.vtu"));
+    Results goes_on(path("D"), simulation, state);
+    EXPECT_TRUE(fs::exists(path("D/body_0001.vtu")));
+    EXPECT_FALSE(fs::exists(path("D/body_0002.vtu")));
+    goes_on.record();
+    goes_on.finish(simulation.run());
+    const std::string list = test::read_text(path("D/body.pvd"));
+    EXPECT_EQ(list.find("body_0000.vtu"), std::string::npos) << list;
+    EXPECT_NE(list.find("body_0001.vtu"), std::string::npos) << list;
+    EXPECT_NE(list.find("body_0002.vtu"), std::string::npos) << list;
 }
 
 /// A run that takes long, as a child.

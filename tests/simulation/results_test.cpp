@@ -254,5 +254,76 @@ TEST(Outcome, free_fall) {
     EXPECT_FALSE(simulation.settlement().settled);
 }
 
+/// Rollers on x-min share an edge with the plate, which holds y alone there.
+std::string rollers(const std::string& where) {
+    std::string text = test::small_scene("over = 1", "axes = \"y\"\nover = 0");
+    text.replace(text.find("where = \"y-min\"\n"), 16,
+                 "where = \"y-min\"\naxes = \"y\"\n"
+                 "[[fix]]\nwhere = \"x-min\"\naxes = \"x\"\n"
+                 "[[fix]]\nwhere = {node = 0}\naxes = \"z\"\n");
+    text.replace(text.find("method = \"symplectic-euler\"\nduration = 30"), 41, "method = \"static\"");
+    return text.replace(text.rfind("where = \"y-max\""), 15, "where = " + where);
+}
+
+TEST(Probe, tells_of_supports_that_it_shares_with_another_face) {
+    const test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml", rollers("\"y-max\""));
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    const std::string told =
+        "s.toml: probe plate, where = \"y-max\": 5 of its 15 held nodes are held by others of "
+        "\"x-min\" too, whose forces there it reads; where = {of = \"y-max\", without = [\"x-min\"]} "
+        "leaves these nodes out\n";
+    EXPECT_EQ(run.errors, "hybmss: warning: " + told);
+    const test::ProgramResult explain = test::run_program("explain s.toml", directory.path());
+    EXPECT_EQ(explain.errors, "hybmss: warning: " + told);
+    EXPECT_NE(explain.output.find("15 held nodes, 5 of them shared"), std::string::npos) << explain.output;
+    const auto plate = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"))["probes"]["plate"];
+    EXPECT_EQ(plate.at("reaction_nodes"), 15);
+    EXPECT_EQ(plate.at("shared_reaction_nodes"), 5);
+
+    Simulation without(parse_scene(rollers("{of = \"y-max\", without = [\"x-min\"]}"), "s.toml"));
+    const Summary summary = without.run();
+    EXPECT_EQ(summary.probes.at(0).reaction_nodes, 10u);
+    EXPECT_EQ(summary.probes.at(0).shared_reaction_nodes, 0u);
+    EXPECT_TRUE(summary.warnings.empty()) << summary.warnings[0];
+    // Half of a plate is read in part on purpose.
+    Simulation part(parse_scene(rollers("{box = [[0.4, 1.4, 0], [0.6, 1.6, 9]]}"), "s.toml"));
+    EXPECT_TRUE(part.shared_supports().empty());
+    EXPECT_EQ(part.probes().at(0).reaction_nodes, 5u);
+}
+
+TEST(VtuFields, mass_and_reaction_are_written_where_they_are_asked_for) {
+    const test::TemporaryDirectory directory;
+    for (const bool cut : {false, true}) {
+        std::string text = test::small_scene("every = 0.5", "mass = true\nreaction = true");
+        if (cut) {
+            text += "[[cut]]\nat = 2\nbox = [[-1, -1, 1.6], [9, 9, 9]]\n";
+        }
+        test::write_text(directory.path() / "s.toml", text);
+        const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+        ASSERT_EQ(run.exit_code, 0) << run.errors;
+        const std::string vtu = test::read_text(directory.path() / "r/body_0001.vtu");
+        const std::vector<double> mass = vtu_array<double>(vtu, "mass"), reaction = vtu_array<double>(vtu, "reaction"),
+                                  points = vtu_array<double>(vtu, "Points");
+        ASSERT_EQ(points.size(), 3u * (cut ? 48 : 60));
+        ASSERT_EQ(mass.size(), points.size() / 3);
+        ASSERT_EQ(reaction.size(), points.size());
+        double sum = 0, plate = 0;
+        for (std::size_t n = 0; n < mass.size(); ++n) {
+            sum += mass[n];
+            plate += points[3 * n + 1] > 1.39 ? reaction[3 * n + 1] : 0;
+            EXPECT_TRUE(points[3 * n + 1] > 1.39 || points[3 * n + 1] < 0.01 || reaction[3 * n] == 0);
+        }
+        EXPECT_NEAR(sum, 1000 * (cut ? 18 : 24) * 0.125, 1e-9 * sum);
+        const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
+        EXPECT_NEAR(plate, json["probes"]["plate"]["force"][1].get<double>(), 1e-9 * std::abs(plate));
+        EXPECT_LT(plate, -100);
+    }
+    test::write_text(directory.path() / "s.toml", test::small_scene());
+    EXPECT_EQ(test::run_program("run s.toml --out r", directory.path()).exit_code, 0);
+    EXPECT_EQ(test::read_text(directory.path() / "r/body_0000.vtu").find("\"mass\""), std::string::npos);
+}
+
 } // namespace
 } // namespace hybmss

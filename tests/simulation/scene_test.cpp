@@ -75,7 +75,13 @@ TEST(Scene, every_key_is_written_and_read_back) {
                                      "[[obstacle]]\nsphere = {center = [1, -9, 3], radius = 0.7}\nname = \"ball\"\n"
                                      "rotate = {axis = \"x\", degrees = 1}\ntranslate = [1, 2, 3]\nstiffness = 7\n"
                                      "[[obstacle]]\nbox = [[1e-6, -0.1, 0.3], [1.1, 0.2, 1e9]]\n"
-                                     "[[load]]\nwhere = \"x-max\"\nforce = [1e18, -0.0, 1]\n[[fix]]"),
+                                     "[[load]]\nwhere = \"x-max\"\nforce = [1e18, -0.0, 1]\n"
+                                     "[[load]]\nwhere = {of = {of = \"x-max\", without = [{node = 3}]}, without = "
+                                     "[\"y-min\", {sphere = {center = [1, 2, 3], radius = 0.1}}]}\n"
+                                     "force = [[-1, 0, 0, 0], [1.5, 1, 2, 3e17]]\n"
+                                     "[gravity]\nacceleration = [[0.1, 1, 2, 3]]\n"
+                                     "[[start]]\nvelocity = [1, 2, 3]\n"
+                                     "[[start]]\nwhere = \"x-min\"\nangular_velocity = [0.1, 0, 0]\n[[fix]]"),
         "s.toml");
     EXPECT_TRUE(parse_scene(to_toml(scene), "s.toml") == scene) << to_toml(scene);
 
@@ -147,6 +153,19 @@ TEST(HandFilledScene, every_number_must_be_in_its_keys_range) {
         {"load.force: inf",
          [](Scene& s) {
              s.loads = {{FaceRegion{}, {INFINITY, 0, 0}}};
+         }},
+        {"load.force: nan",
+         [](Scene& s) {
+             s.loads = {{FaceRegion{}, {1, 0, 0}, {{0, kNaN, 0, 0}}}};
+         }},
+        {"load.force: 1 is not allowed: it must be three numbers, or rows [time, x, y, z] with ascending times",
+         [](Scene& s) {
+             s.loads = {{FaceRegion{}, {1, 0, 0}, {{1, 0, 0, 0}, {1, 0, 0, 0}}}};
+         }},
+        {"start.velocity: inf", [](Scene& s) { s.starts.emplace_back().velocity[2] = INFINITY; }},
+        {"start.where: 2 is not allowed: it must be one region",
+         [](Scene& s) {
+             s.starts.emplace_back().where = RegionWithout{{FaceRegion{}, FaceRegion{}}, {}};
          }},
         {"cut.at: nan", [](Scene& s) { s.cuts.emplace_back().at = kNaN; }},
         {"cut.at: -1", [](Scene& s) { s.cuts.emplace_back().at = -1; }},

@@ -48,8 +48,15 @@ struct NodeRegion {
     std::int64_t node = 0;
     bool operator==(const NodeRegion&) const = default;
 };
+struct RegionWithout;
 /// Which nodes something acts on, at rest.
-using Region = std::variant<FaceRegion, BoxRegion, SphereRegion, NodeRegion>;
+using Region = std::variant<FaceRegion, BoxRegion, SphereRegion, NodeRegion, RegionWithout>;
+/// The nodes of one region that are in none of others.
+struct RegionWithout {
+    std::vector<Region> of; ///< one
+    std::vector<Region> without;
+    bool operator==(const RegionWithout& other) const;
+};
 
 /// Bit 0: x, bit 1: y, bit 2: z.
 using AxisSet = std::uint8_t;
@@ -98,8 +105,23 @@ struct Move {
     bool operator==(const Move&) const = default;
 };
 
+/// The velocity with which nodes begin, the sum of both. A node has that of the last Start that holds it.
+struct Start {
+    std::optional<Region> where;                        ///< none: the whole body
+    std::array<double, 3> velocity = {0, 0, 0};         ///< m/s
+    std::array<double, 3> angular_velocity = {0, 0, 0}; ///< rad/s, about the centre of mass of the nodes
+    bool operator==(const Start&) const = default;
+};
+
+/// Rows of a time (s), x, y and z, times ascending. Linear between rows, held before the first and after the last.
+using TimeTable = std::vector<std::array<double, 4>>;
+
+/// `constant`, or where there is a table its value at a time.
+std::array<double, 3> value_at(const std::array<double, 3>& constant, const TimeTable& table, double time);
+
 struct Gravity {
     std::array<double, 3> acceleration = {0, 0, 0}; ///< m/s^2
+    TimeTable acceleration_in_time = {};            ///< in its place, where there are rows
     bool operator==(const Gravity&) const = default;
 };
 
@@ -114,6 +136,7 @@ struct Damping {
 struct Load {
     Region where;
     std::array<double, 3> force = {0, 0, 0}; ///< N, in all
+    TimeTable force_in_time = {};            ///< in its place, where there are rows
     bool operator==(const Load&) const = default;
 };
 
@@ -182,6 +205,7 @@ struct Solver {
 struct Output {
     std::optional<double> every; ///< s between results; by default only the first and the last state are written
     bool energy_balance = false; ///< works and losses are metered in every step
+    bool mass = false, reaction = false; ///< arrays of the nodes in the .vtu files
     bool operator==(const Output&) const = default;
 };
 
@@ -205,6 +229,7 @@ struct Scene {
     std::vector<Label> labels; ///< none: the body has one label, and it is `material`
     std::vector<Fix> fixes;
     std::vector<Move> moves;
+    std::vector<Start> starts;
     Gravity gravity;
     Damping damping;
     std::vector<Load> loads;

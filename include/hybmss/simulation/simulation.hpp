@@ -40,6 +40,10 @@ struct ProbeReading {
     std::array<double, 3> torque = {0, 0, 0};            ///< N m, about the region's rest centroid
     std::array<double, 3> mean_displacement = {0, 0, 0}; ///< m, over the region's nodes
     double max_displacement = 0;                         ///< m, largest length over the region's nodes
+    std::size_t reaction_nodes = 0;                      ///< of the region's: those that are fixed or moved
+    /// Of these, those held by a fix or move of nodes outside the region too, which does not hold all of the region's:
+    /// as on an edge that two faces share. Force and torque have its part in them.
+    std::size_t shared_reaction_nodes = 0;
 };
 
 /// How far the body is from rest.
@@ -59,6 +63,7 @@ struct VolumeChange {
 struct NamedObstacleReading {
     std::string name;
     ObstacleReading reading;
+    double stiffness = 0; ///< Pa/m: pressure by depth on a flat surface, as given or by default
 };
 
 /// Works and losses since the start of a run, J: supports + loads + gravity + obstacles = kinetic + elastic + effects +
@@ -194,6 +199,12 @@ public:
     std::vector<std::array<double, 3>> velocities() const;
     Energies energies() const;
     std::vector<ProbeReading> probes() const;
+    /// What probes read of supports that they share with others, a line each; empty where there are none.
+    std::vector<std::string> shared_supports() const;
+    /// kg, one a node.
+    std::span<const double> masses() const;
+    /// N, one a node: the forces of what fixes and moves nodes, zero along free axes.
+    std::vector<std::array<double, 3>> reactions() const;
     std::vector<NamedObstacleReading> obstacles() const;
     /// Where the scene's obstacles are, one pose each.
     std::vector<RigidPose> obstacle_poses() const;
