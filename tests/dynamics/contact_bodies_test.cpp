@@ -107,7 +107,12 @@ std::uint64_t bits(const TouchingBody<T>& body) {
     std::uint64_t hash = testing::bits_of(body.displacements());
     hash = testing::bits_of(body.velocities(), Digest(hash));
     const EffectEnergy contact = body.dynamics.effect_energies().at(0);
-    return testing::bits_of(std::vector<double>{contact.stored, contact.dissipated}, Digest(hash));
+    std::vector<double> told = {contact.stored, contact.dissipated};
+    for (const ObstacleReading& reading : body.dynamics.obstacle_readings()) {
+        told.insert(told.end(), reading.impulse.begin(), reading.impulse.end());
+        told.insert(told.end(), reading.angular_impulse.begin(), reading.angular_impulse.end());
+    }
+    return testing::bits_of(told, Digest(hash));
 }
 
 TYPED_TEST(ContactBodies, threads_calls_and_restarts_do_not_change_a_bit) {
