@@ -182,7 +182,7 @@ void obstacles() {
     const int steps = 1 + static_cast<int>(frame / (0.7 * body.critical_time_step()));
     std::array poses = {obstacles[0].pose, obstacles[1].pose};
     poses[1].velocity = {0, -0.2, 0};
-    const double ball_mass = 200;            // the engine's own ball, in kg
+    const double ball_mass = 2000;           // the engine's own ball, in kg
     std::array<double, 3> given = {0, 0, 0}; // N s, by the ball to the body so far
     for (int i = 0; i < 60; ++i) {
         body.move_obstacles(poses); // where they are when the frame begins; within it each goes on by its velocities
