@@ -70,7 +70,8 @@ VolumeEnergy resolve_volume_energy(const Material& material) {
 
 // Each cell of scale s adds s k_e/4 to its 12 edges, s k_f/2 to its 12 face diagonals and s k_c to its 4 cube diagonals
 // (section 5.4), and rho h^3/8 to the mass of its 8 corners.
-Body assemble(const Lattice& lattice, const Material& material) {
+// On means: whole springs k_e, k_f, k_c to each cell, times s.
+Body assemble(const Lattice& lattice, const Material& material, SpringForm form) {
     const double h = lattice.cell_size();
     const double ratio = material.face_diagonal_ratio;
     const double modulus = shear_modulus(material.young_modulus, material.poisson_ratio);
@@ -78,6 +79,7 @@ Body assemble(const Lattice& lattice, const Material& material) {
     const double share[4] = {0, edge_stiffness(modulus, ratio, h) / 4, face_diagonal_stiffness(modulus, ratio, h) / 2,
                              cube_diagonal_stiffness(modulus, ratio, h)};
     const double cell_kappa = kappa(material.young_modulus, material.poisson_ratio);
+    const HourglassStiffness hourglass = hourglass_stiffness(material.young_modulus, material.poisson_ratio, h);
 
     Body body;
     body.volume_energy = resolve_volume_energy(material);
@@ -100,7 +102,15 @@ Body assemble(const Lattice& lattice, const Material& material) {
             nodes[c] = number[corners[c]];
             body.mass[static_cast<std::size_t>(nodes[c])] += material.density * h * h * h / 8;
         }
-        for (unsigned low = 0; low < 8; ++low) {
+        if (form == SpringForm::means) {
+            body.mean_springs.push_back(
+                {nodes,
+                 h,
+                 {scale * 4 * share[1], scale * 2 * share[2], scale * share[3]},
+                 {scale * hourglass.bending, scale * hourglass.coupling, scale * hourglass.twisting,
+                  scale * hourglass.twist_sum, scale * hourglass.fourth}});
+        }
+        for (unsigned low = 0; low < 8 && form == SpringForm::nodes; ++low) {
             for (unsigned high = low + 1; high < 8; ++high) {
                 const double stiffness = share[std::popcount(low ^ high)] * scale;
                 if (stiffness == 0) {

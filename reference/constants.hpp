@@ -16,4 +16,15 @@ double edge_stiffness(double shear_modulus, double ratio, double cell_size);
 double face_diagonal_stiffness(double shear_modulus, double ratio, double cell_size);
 double cube_diagonal_stiffness(double shear_modulus, double ratio, double cell_size);
 
+/// Of one cell of HybMSS-M, N/m: what holds the patterns of its corners that its mean edges do not see
+/// (reference/springs.hpp). The same for every ratio A.
+struct HourglassStiffness {
+    double bending;   ///< k_b
+    double coupling;  ///< nu k_b, of the bendings about two axes
+    double twisting;  ///< alpha k_t
+    double twist_sum; ///< beta k_t
+    double fourth;    ///< k_4
+};
+HourglassStiffness hourglass_stiffness(double young_modulus, double poisson_ratio, double cell_size);
+
 } // namespace hybmss::reference

@@ -27,31 +27,32 @@ Matrix3d hessian_of(const Body& body, const Spring& s, std::span<const Vector3d>
            stiffening_hessian(body.stiffening, s.stiffness, s.rest_vector, du);
 }
 
-/// By how much the rounding of a strain, which the linear law passes on as it is, grows by stiffening.
-double stiffening_scale(const Body& body, const Spring& s, std::span<const Vector3d> u) {
-    const double e = std::abs(elongation(s.rest_vector, relative(s, u))) / s.rest_vector.norm();
-    return 1 + 2 * std::abs(body.stiffening.quadratic) * (e + 1) + 3 * body.stiffening.cubic * e * (e + 2);
-}
-
-/// For each node the sum of what springs and cells give to all their nodes alike.
-template <class OfSpring, class OfCell>
-std::vector<double> sums_at_nodes(const Body& body, const OfSpring& of_spring, const OfCell& of_cell) {
+/// For each node the sum of what springs, cells' volumes and springs on their means give to all their nodes alike.
+template <class OfSpring, class OfCell, class OfMeans>
+std::vector<double> sums_at_nodes(const Body& body, const OfSpring& of_spring, const OfCell& of_cell,
+                                  const OfMeans& of_means) {
     std::vector<double> sums(body.rest.size(), 0.0);
     for (const Spring& s : body.springs) {
         const double given = of_spring(s);
         sums[index(s.a)] += given;
         sums[index(s.b)] += given;
     }
-    for (const Cell& cell : body.cells) {
-        const double given = of_cell(cell);
+    const auto give = [&](const auto& cell, double given) {
         for (int node : cell.nodes) {
             sums[index(node)] += given;
         }
+    };
+    for (const Cell& cell : body.cells) {
+        give(cell, of_cell(cell));
+    }
+    for (const MeanSprings& cell : body.mean_springs) {
+        give(cell, of_means(cell));
     }
     return sums;
 }
 
-Corners gather(const Cell& cell, std::span<const Vector3d> u) {
+template <class AnyCell>
+Corners gather(const AnyCell& cell, std::span<const Vector3d> u) {
     Corners corners;
     for (std::size_t c = 0; c < 8; ++c) {
         corners[c] = u[index(cell.nodes[c])];
@@ -63,9 +64,21 @@ auto block_of(const Matrix24d& matrix, std::size_t i, std::size_t j) {
     return matrix.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
 }
 
+/// visit(a cell's nodes, the second derivatives of its energy): its volume's, and those of springs on its means.
+template <class Visit>
+void for_each_cell_hessian(const Body& body, std::span<const Vector3d> u, const Visit& visit) {
+    for (const Cell& cell : body.cells) {
+        visit(cell.nodes, cell_hessian(body.volume_energy, cell, gather(cell, u)));
+    }
+    for (const MeanSprings& cell : body.mean_springs) {
+        visit(cell.nodes, mean_spring_hessian(body.stiffening, cell, gather(cell, u)));
+    }
+}
+
 } // namespace
 
-// W = sum over springs of 1/2 k (|d| - l)^2 and what stiffening adds + sum over cells of kappa V0 phi(J)
+// W = sum over springs of 1/2 k (|d| - l)^2 and what stiffening adds + sum over cells of kappa V0 phi(J) and, in
+// HybMSS-M, the energy of the springs on their means
 Energy energy(const Body& body, std::span<const Vector3d> u) {
     Energy sum;
     for (const Spring& s : body.springs) {
@@ -74,6 +87,9 @@ Energy energy(const Body& body, std::span<const Vector3d> u) {
     }
     for (const Cell& cell : body.cells) {
         sum.volume += cell_energy(body.volume_energy, cell, gather(cell, u));
+    }
+    for (const MeanSprings& cell : body.mean_springs) {
+        sum.springs += mean_spring_energy(body.stiffening, cell, gather(cell, u));
     }
     return sum;
 }
@@ -86,11 +102,16 @@ std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u) {
         f[index(s.a)] += on_a;
         f[index(s.b)] -= on_a;
     }
-    for (const Cell& cell : body.cells) {
-        const Corners on_corners = cell_forces(body.volume_energy, cell, gather(cell, u));
+    const auto add = [&](const std::array<int, 8>& nodes, const Corners& on_corners) {
         for (std::size_t c = 0; c < 8; ++c) {
-            f[index(cell.nodes[c])] += on_corners[c];
+            f[index(nodes[c])] += on_corners[c];
         }
+    };
+    for (const Cell& cell : body.cells) {
+        add(cell.nodes, cell_forces(body.volume_energy, cell, gather(cell, u)));
+    }
+    for (const MeanSprings& cell : body.mean_springs) {
+        add(cell.nodes, mean_spring_forces(body.stiffening, cell, gather(cell, u)));
     }
     return f;
 }
@@ -111,9 +132,12 @@ std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {
     return sums_at_nodes(
         body,
         [&](const Spring& s) {
-            return stiffening_scale(body, s, u) * spring_force_scale(s.stiffness, s.rest_vector, relative(s, u));
+            const Vector3d du = relative(s, u);
+            return stiffening_scale(body.stiffening, s.rest_vector, du) *
+                   spring_force_scale(s.stiffness, s.rest_vector, du, du.cwiseAbs());
         },
-        [&](const Cell& cell) { return cell_force_scale(body.volume_energy, cell, gather(cell, u)); });
+        [&](const Cell& cell) { return cell_force_scale(body.volume_energy, cell, gather(cell, u)); },
+        [&](const MeanSprings& cell) { return mean_spring_force_scale(body.stiffening, cell, gather(cell, u)); });
 }
 
 // K p, block by block: a spring gives +-H (p_b - p_a), a cell its 24 x 24 block times its corners' p
@@ -124,14 +148,13 @@ std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d
         product[index(s.a)] -= on_b;
         product[index(s.b)] += on_b;
     }
-    for (const Cell& cell : body.cells) {
-        const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
+    for_each_cell_hessian(body, u, [&](const std::array<int, 8>& nodes, const Matrix24d& block) {
         for (std::size_t i = 0; i < 8; ++i) {
             for (std::size_t j = 0; j < 8; ++j) {
-                product[index(cell.nodes[i])] += block_of(block, i, j) * p[index(cell.nodes[j])];
+                product[index(nodes[i])] += block_of(block, i, j) * p[index(nodes[j])];
             }
         }
-    }
+    });
     return product;
 }
 
@@ -139,11 +162,15 @@ std::vector<double> hessian_product_scale(const Body& body, std::span<const Vect
     return sums_at_nodes(
         body,
         [&](const Spring& s) {
-            return stiffening_scale(body, s, u) *
-                   spring_product_scale(s.stiffness, s.rest_vector, relative(s, u), relative(s, p));
+            const Vector3d du = relative(s, u), dp = relative(s, p);
+            return stiffening_scale(body.stiffening, s.rest_vector, du) *
+                   spring_product_scale(s.stiffness, s.rest_vector, du, du.cwiseAbs(), dp.cwiseAbs());
         },
         [&](const Cell& cell) {
             return cell_product_scale(body.volume_energy, cell, gather(cell, u), gather(cell, p));
+        },
+        [&](const MeanSprings& cell) {
+            return mean_spring_product_scale(body.stiffening, cell, gather(cell, u), gather(cell, p));
         });
 }
 
@@ -154,12 +181,11 @@ std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3
         blocks[index(s.a)] += block;
         blocks[index(s.b)] += block;
     }
-    for (const Cell& cell : body.cells) {
-        const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
+    for_each_cell_hessian(body, u, [&](const std::array<int, 8>& nodes, const Matrix24d& block) {
         for (std::size_t c = 0; c < 8; ++c) {
-            blocks[index(cell.nodes[c])] += block_of(block, c, c);
+            blocks[index(nodes[c])] += block_of(block, c, c);
         }
-    }
+    });
     return blocks;
 }
 
@@ -179,14 +205,13 @@ Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> 
         add(s.a, s.b, -block);
         add(s.b, s.a, -block);
     }
-    for (const Cell& cell : body.cells) {
-        const Matrix24d block = cell_hessian(body.volume_energy, cell, gather(cell, u));
+    for_each_cell_hessian(body, u, [&](const std::array<int, 8>& nodes, const Matrix24d& block) {
         for (std::size_t i = 0; i < 8; ++i) {
             for (std::size_t j = 0; j < 8; ++j) {
-                add(cell.nodes[i], cell.nodes[j], block_of(block, i, j));
+                add(nodes[i], nodes[j], block_of(block, i, j));
             }
         }
-    }
+    });
     const auto size = static_cast<Eigen::Index>(3 * body.rest.size());
     Eigen::SparseMatrix<double> matrix(size, size);
     matrix.setFromTriplets(entries.begin(), entries.end());

@@ -15,8 +15,8 @@ namespace hybmss::reference {
 /// are then the same numbers, and a wave's phase is its wave vector times the cell edge.
 class HomogeneousLattice {
 public:
-    /// The material must be valid.
-    HomogeneousLattice(const Material& material, const Matrix3d& deformation);
+    /// The material must be valid. The form matters to waves alone, and to long ones not.
+    HomogeneousLattice(const Material& material, const Matrix3d& deformation, SpringForm form = SpringForm::nodes);
 
     /// W, J per m^3 of the undeformed body.
     double energy_density() const;
@@ -37,7 +37,11 @@ private:
         Vector3d tension;  ///< k t d, the force on its low end
         double energy = 0; ///< 1/2 k (|d| - l)^2
     };
+    Matrix3d hourglass_stiffness(const Vector3d& sine, const Vector3d& cosine) const;
+
     Matrix3d deformation_;
+    SpringForm form_;
+    HourglassStiffness hourglass_;
     std::array<SpringVector, 13> springs_;
     VolumeEnergy volume_energy_;
     double kappa_;

@@ -8,11 +8,6 @@
 namespace hybmss::reference {
 namespace {
 
-/// +1 on the high side of the axis, -1 on the low side.
-double side(std::size_t corner, std::size_t axis) {
-    return corner >> axis & 1 ? 1.0 : -1.0;
-}
-
 Matrix3d cross_matrix(const Vector3d& v) {
     Matrix3d m;
     m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -30,18 +25,6 @@ struct Magnitudes {
     double j_terms;  ///< j* below
     Vector3d length; ///< of a, b, c
 };
-
-/// The mean of the absolute changes of four parallel edges, columns as in mean_edges.
-Matrix3d mean_edge_sizes(const Corners& u) {
-    Matrix3d size = Matrix3d::Zero();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t low = 0; low < 8; ++low) {
-            const std::size_t high = low | std::size_t{1} << axis;
-            size.col(static_cast<Eigen::Index>(axis)) += (u[high] - u[low]).cwiseAbs() / 4;
-        }
-    }
-    return size;
-}
 
 // V0 j* = |da|.|b x c| + |db|.|c x a0| + |dc|.|a0 x b0|, component by component: j* is J - 1 without the cancellation
 // inside and between its terms, |da| the mean of the absolute changes of the four edges. An edge that collapses keeps
@@ -66,6 +49,10 @@ double gradient_size(const Vector3d& length) {
 }
 
 } // namespace
+
+double side(std::size_t corner, std::size_t axis) {
+    return corner >> axis & 1 ? 1.0 : -1.0;
+}
 
 // quadratic:     phi = 1/2 (J - 1)^2                                       (5.1)
 // mean stretch:  phi = 9/2 (cbrt(J) - 1)^2;  below J = 1/8: phi(1/8) - 6 (J - 1/8), phi(1/8) = 9/8
@@ -128,6 +115,17 @@ Matrix3d mean_edges(const Corners& corners) {
         }
     }
     return edges;
+}
+
+Matrix3d mean_edge_sizes(const Corners& u) {
+    Matrix3d size = Matrix3d::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t low = 0; low < 8; ++low) {
+            const std::size_t high = low | std::size_t{1} << axis;
+            size.col(static_cast<Eigen::Index>(axis)) += (u[high] - u[low]).cwiseAbs() / 4;
+        }
+    }
+    return size;
 }
 
 // (5.13)  V' = a . (b x c)

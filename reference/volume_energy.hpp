@@ -14,6 +14,9 @@ namespace hybmss::reference {
 using Corners = std::array<Vector3d, 8>;
 using Matrix24d = Eigen::Matrix<double, 24, 24>;
 
+/// +1 on the high side of the axis, -1 on the low side.
+double side(std::size_t corner, std::size_t axis);
+
 /// phi(J) and its first three derivatives at J = 1 + j. `energy` is quadratic or mean_stretch (`none` gives zero).
 double phi(VolumeEnergy energy, double j);
 double phi_derivative(VolumeEnergy energy, double j);
@@ -22,6 +25,9 @@ double phi_third_derivative(VolumeEnergy energy, double j);
 
 /// (5.14): columns a, b, c, each the mean of four parallel edges. Linear: displacements give the edges' change.
 Matrix3d mean_edges(const Corners& corners);
+
+/// The same of the absolute changes of the edges by the displacements u.
+Matrix3d mean_edge_sizes(const Corners& u);
 
 /// (5.13): V' = a . (b x c), m^3.
 double volume(const Matrix3d& edges);

@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// Random lattices and displacements, and the materials that the properties are asked of. Every draw comes from a seed.
+/// Random lattices and displacements, the materials and forms of springs that the properties are asked of. Every draw
+/// comes from a seed.
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
@@ -92,6 +93,12 @@ inline std::vector<Material> materials() {
         }
     }
     return all;
+}
+
+inline constexpr reference::SpringForm kSpringForms[] = {reference::SpringForm::nodes, reference::SpringForm::means};
+
+inline std::string describe(reference::SpringForm form) {
+    return form == reference::SpringForm::nodes ? "springs between nodes, " : "springs on means, ";
 }
 
 inline std::string describe(const Material& m) {

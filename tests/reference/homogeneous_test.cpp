@@ -70,8 +70,8 @@ TEST(HomogeneousDeformation, EnergyIsTheSumOfTheCellsEnergies) {
             for (float s : lattice.cell_scales()) {
                 scales += static_cast<double>(s);
             }
-            const reference::Body body = reference::assemble(lattice, m);
-            for (int n = 0; n < 3; ++n) {
+            for (int n = 0; n < 6; ++n) {
+                const reference::Body body = reference::assemble(lattice, m, kSpringForms[n % 2]);
                 const Matrix3d f = random_deformation(random);
                 const reference::Energy energy = reference::energy(body, affine_displacement(body, f, {5, -3, 2}));
                 const double springs = scales * cell_spring_energy(m, h, f);
@@ -89,19 +89,22 @@ TEST(HomogeneousDeformation, InteriorIsInEquilibrium) {
         SCOPED_TRACE("seed " + std::to_string(++seed) + ", " + describe(m));
         Random random(seed);
         const Lattice lattice = Lattice::box(4, 4, 3, 0.3);
-        const reference::Body body = reference::assemble(lattice, m);
-        const std::vector<Vector3d> u = affine_displacement(body, random_deformation(random));
-        const std::vector<Vector3d> f = reference::forces(body, u);
-        const std::vector<double> scale = reference::force_scale(body, u);
-        for (int k = 0; k <= 3; ++k) {
-            for (int j = 0; j <= 4; ++j) {
-                for (int i = 0; i <= 4; ++i) {
-                    const std::size_t n = lattice.grid_node_index(i, j, k);
-                    const bool inside = i > 0 && i < 4 && j > 0 && j < 4 && k > 0 && k < 3;
-                    if (inside) {
-                        EXPECT_LE(f[n].norm(), 1e-14 * scale[n]);
-                    } else {
-                        EXPECT_GT(f[n].norm(), 1e-5 * scale[n]);
+        for (const reference::SpringForm form : kSpringForms) {
+            SCOPED_TRACE(describe(form));
+            const reference::Body body = reference::assemble(lattice, m, form);
+            const std::vector<Vector3d> u = affine_displacement(body, random_deformation(random));
+            const std::vector<Vector3d> f = reference::forces(body, u);
+            const std::vector<double> scale = reference::force_scale(body, u);
+            for (int k = 0; k <= 3; ++k) {
+                for (int j = 0; j <= 4; ++j) {
+                    for (int i = 0; i <= 4; ++i) {
+                        const std::size_t n = lattice.grid_node_index(i, j, k);
+                        const bool inside = i > 0 && i < 4 && j > 0 && j < 4 && k > 0 && k < 3;
+                        if (inside) {
+                            EXPECT_LE(f[n].norm(), 1e-14 * scale[n]);
+                        } else {
+                            EXPECT_GT(f[n].norm(), 1e-5 * scale[n]);
+                        }
                     }
                 }
             }
@@ -157,25 +160,27 @@ TEST(HomogeneousLattice, WaveStiffnessIsARowOfTheHessian) {
     for (const Material& m : materials()) {
         SCOPED_TRACE("seed " + std::to_string(++seed) + ", " + describe(m));
         Random random(seed);
-        const reference::Body body = reference::assemble(Lattice::box(2, 2, 2, 1), m);
-        const Matrix3d f = Matrix3d::Identity() + random.matrix(0.3);
-        const auto hessian = reference::hessian(body, affine_displacement(body, f, Vector3d::Zero()));
-        const HomogeneousLattice lattice(m, f);
-        const Eigen::Index middle = 13;
-        for (int n = 0; n < 5; ++n) {
-            const Vector3d phase = random.vector(std::numbers::pi);
-            Eigen::Matrix3cd expected = Eigen::Matrix3cd::Zero();
-            for (Eigen::Index node = 0; node < 27; ++node) {
-                const auto index = static_cast<std::size_t>(node);
-                const double angle = phase.dot(body.rest[index] - body.rest[static_cast<std::size_t>(middle)]);
-                expected += Matrix3d(hessian.block(3 * middle, 3 * node, 3, 3)).cast<std::complex<double>>() *
-                            std::polar(1.0, angle);
+        for (const reference::SpringForm form : kSpringForms) {
+            const reference::Body body = reference::assemble(Lattice::box(2, 2, 2, 1), m, form);
+            const Matrix3d f = Matrix3d::Identity() + random.matrix(0.3);
+            const auto hessian = reference::hessian(body, affine_displacement(body, f, Vector3d::Zero()));
+            const HomogeneousLattice lattice(m, f, form);
+            const Eigen::Index middle = 13;
+            for (int n = 0; n < 5; ++n) {
+                const Vector3d phase = random.vector(std::numbers::pi);
+                Eigen::Matrix3cd expected = Eigen::Matrix3cd::Zero();
+                for (Eigen::Index node = 0; node < 27; ++node) {
+                    const auto index = static_cast<std::size_t>(node);
+                    const double angle = phase.dot(body.rest[index] - body.rest[static_cast<std::size_t>(middle)]);
+                    expected += Matrix3d(hessian.block(3 * middle, 3 * node, 3, 3)).cast<std::complex<double>>() *
+                                std::polar(1.0, angle);
+                }
+                // Sums of some hundred terms of the size of the diagonal block.
+                const double tolerance = 1e-13 * Matrix3d(hessian.block(3 * middle, 3 * middle, 3, 3)).norm();
+                const Matrix3d computed = lattice.wave_stiffness(phase);
+                EXPECT_NEAR((computed - expected.real()).norm(), 0, tolerance);
+                EXPECT_NEAR(expected.imag().norm(), 0, tolerance);
             }
-            // Sums of some hundred terms of the size of the diagonal block.
-            const double tolerance = 1e-13 * Matrix3d(hessian.block(3 * middle, 3 * middle, 3, 3)).norm();
-            const Matrix3d computed = lattice.wave_stiffness(phase);
-            EXPECT_NEAR((computed - expected.real()).norm(), 0, tolerance);
-            EXPECT_NEAR(expected.imag().norm(), 0, tolerance);
         }
     }
 }
@@ -183,11 +188,14 @@ TEST(HomogeneousLattice, WaveStiffnessIsARowOfTheHessian) {
 TEST(HomogeneousLattice, LongWavesSeeTheAcousticTensor) {
     Random random(710);
     for (const Material& m : materials()) {
-        const HomogeneousLattice lattice(m, Matrix3d::Identity() + random.matrix(0.2));
-        const Vector3d n = random.direction();
-        const Matrix3d limit = lattice.acoustic_tensor(n);
-        // 1 - cos q leaves a relative error of q^2 r^2 / 12 with r^2 <= 3.
-        EXPECT_NEAR((lattice.wave_stiffness(1e-4 * n) / 1e-8 - limit).norm(), 0, 1e-8 * limit.norm()) << describe(m);
+        for (const reference::SpringForm form : kSpringForms) {
+            const HomogeneousLattice lattice(m, Matrix3d::Identity() + random.matrix(0.2), form);
+            const Vector3d n = random.direction();
+            const Matrix3d limit = lattice.acoustic_tensor(n);
+            // 1 - cos q leaves a relative error of q^2 r^2 / 12 with r^2 <= 3.
+            EXPECT_NEAR((lattice.wave_stiffness(1e-4 * n) / 1e-8 - limit).norm(), 0, 1e-8 * limit.norm())
+                << describe(m);
+        }
     }
 }
 

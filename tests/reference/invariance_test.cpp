@@ -28,10 +28,13 @@ double sum(const std::vector<double>& values) {
 template <class Check>
 void for_each_body(unsigned seed, Check check) {
     for (const Material& material : materials()) {
-        SCOPED_TRACE("seed " + std::to_string(++seed) + ", " + describe(material));
-        Random random(seed);
-        const Lattice lattice = random_lattice(3, 4, 2, kCellSize, random);
-        check(reference::assemble(lattice, material), random);
+        ++seed;
+        for (const reference::SpringForm form : kSpringForms) {
+            SCOPED_TRACE("seed " + std::to_string(seed) + ", " + describe(form) + describe(material));
+            Random random(seed);
+            const Lattice lattice = random_lattice(3, 4, 2, kCellSize, random);
+            check(reference::assemble(lattice, material, form), random);
+        }
     }
 }
 
@@ -118,29 +121,30 @@ TEST(Invariance, CoincidentNodesHaveFiniteForces) {
         EXPECT_TRUE(Eigen::MatrixXd(reference::hessian(body, u)).allFinite());
     };
     for (const Material& material : materials()) {
-        SCOPED_TRACE(describe(material));
-        const reference::Body body = reference::assemble(Lattice::box(2, 1, 1, kCellSize), material);
-        for (const reference::Spring& spring : body.springs) {
-            std::vector<Vector3d> u(body.rest.size(), Vector3d::Zero());
-            u[static_cast<std::size_t>(spring.b)] = -spring.rest_vector;
-            expect_finite(body, u);
+        for (const reference::SpringForm form : kSpringForms) {
+            SCOPED_TRACE(describe(form) + describe(material));
+            const reference::Body body = reference::assemble(Lattice::box(2, 1, 1, kCellSize), material, form);
+            for (const reference::Spring& spring : body.springs) {
+                std::vector<Vector3d> u(body.rest.size(), Vector3d::Zero());
+                u[static_cast<std::size_t>(spring.b)] = -spring.rest_vector;
+                expect_finite(body, u);
+            }
+            std::vector<Vector3d> collapsed;
+            for (const Vector3d& x : body.rest) {
+                collapsed.push_back(-x);
+            }
+            expect_finite(body, collapsed);
         }
-        std::vector<Vector3d> collapsed;
-        for (const Vector3d& x : body.rest) {
-            collapsed.push_back(-x);
-        }
-        expect_finite(body, collapsed);
     }
 }
 
 TEST(Invariance, PermutedAxesGivePermutedForces) {
     unsigned seed = 1000;
-    for (const Material& material : materials()) {
-        SCOPED_TRACE("seed " + std::to_string(++seed) + ", " + describe(material));
+    const auto check = [&](const Material& material, reference::SpringForm form) {
         Random random(seed);
         const std::array<int, 3> size{3, 4, 2};
         const Lattice lattice = random_lattice(size[0], size[1], size[2], kCellSize, random);
-        const reference::Body body = reference::assemble(lattice, material);
+        const reference::Body body = reference::assemble(lattice, material, form);
         const std::vector<Vector3d> u = random_displacement(body.rest.size(), 0.2 * kCellSize, random);
         const std::vector<Vector3d> f = reference::forces(body, u);
         const std::vector<double> scale = reference::force_scale(body, u);
@@ -161,7 +165,7 @@ TEST(Invariance, PermutedAxesGivePermutedForces) {
                     }
                 }
             }
-            const reference::Body other_body = reference::assemble(other, material);
+            const reference::Body other_body = reference::assemble(other, material, form);
             ASSERT_EQ(other_body.rest.size(), body.rest.size());
             std::vector<std::size_t> image;
             std::vector<Vector3d> other_u(u.size());
@@ -175,6 +179,13 @@ TEST(Invariance, PermutedAxesGivePermutedForces) {
             for (std::size_t n = 0; n < u.size(); ++n) {
                 EXPECT_LE((other_f[image[n]] - permuted(f[n])).norm(), 8 * kEpsilon * scale[n]);
             }
+        }
+    };
+    for (const Material& material : materials()) {
+        ++seed;
+        for (const reference::SpringForm form : kSpringForms) {
+            SCOPED_TRACE("seed " + std::to_string(seed) + ", " + describe(form) + describe(material));
+            check(material, form);
         }
     }
 }
