@@ -443,9 +443,7 @@ std::string Simulation::Implementation::implicit_step() {
     if (by_tables) {
         load_as_at(time());
     }
-    return printed("step %ld (t = %.6g s) did not converge (%s, residual %.3g): ", steps + 1, end,
-                   std::string(name(result.status)).c_str(), result.residual) +
-           explained(result, scene);
+    return printed("step %ld (t = %.6g s) did not converge: ", steps + 1, end) + explained(result, scene);
 }
 
 } // namespace hybmss

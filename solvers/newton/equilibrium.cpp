@@ -289,7 +289,11 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     result.preconditioner = preconditioner.name();
     if (found.status != EquilibriumStatus::converged) {
         std::ostringstream text;
-        text << name(found.status) << " (residual " << found.residual << ", tolerance " << options.tolerance << ")";
+        text << name(found.status) << " (";
+        if (std::isfinite(found.residual)) {
+            text << "residual " << found.residual << ", ";
+        }
+        text << "tolerance " << options.tolerance << ")";
         result.message = text.str();
     }
     if (found.status == EquilibriumStatus::converged) {
