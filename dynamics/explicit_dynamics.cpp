@@ -167,8 +167,12 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
     for (const auto& [node, force] : forces) {
         for (std::size_t c = 0; c < 3; ++c) {
             if (force[c] != 0 && body.masses()[node] > 0) { // not where all cells have been cut away
-                const double acceleration = force[c] / (body.masses()[node] * body.length_unit());
-                components.push_back({body.index_of(node), static_cast<int>(c), static_cast<T>(acceleration)});
+                const auto acceleration = static_cast<T>(force[c] / (body.masses()[node] * body.length_unit()));
+                if (!std::isfinite(acceleration)) {
+                    throw std::invalid_argument("load on node " + std::to_string(node) + ": the force along " +
+                                                "xyz"[c] + " is not finite in the body's precision");
+                }
+                components.push_back({body.index_of(node), static_cast<int>(c), acceleration});
             }
         }
     }

@@ -10,13 +10,16 @@ namespace {
 
 /// A motion would carry one bad number to every node, and tell of it only much later.
 template <class T>
-void check_finite(const VectorField<const T>& in, const char* what) {
+void check_finite(const Body<T>& body, const VectorField<const T>& in, const char* what) {
+    body.check(in);
+    const T factor = static_cast<T>(1 / body.length_unit());
     for (const T* component : {in.x, in.y, in.z}) {
         for (std::size_t n = 0; n < in.size; ++n) {
-            if (const T value = component[static_cast<std::ptrdiff_t>(n) * in.stride]; !std::isfinite(value)) {
+            if (const T value = component[static_cast<std::ptrdiff_t>(n) * in.stride]; !std::isfinite(factor * value)) {
                 throw std::invalid_argument(std::string(what) + " of node " + std::to_string(n) + " = " +
                                             std::to_string(static_cast<double>(value)) +
-                                            " is not allowed: it must be finite");
+                                            " is not allowed: it must be finite" +
+                                            (std::isfinite(value) ? " in units of cells too" : ""));
             }
         }
     }
@@ -36,12 +39,12 @@ void ExplicitDynamics<T>::get_velocities(VectorField<T> out) const {
 }
 template <class T>
 void ExplicitDynamics<T>::set_displacements(VectorField<const T> in) {
-    check_finite(in, "displacement");
+    check_finite(*implementation_->body, in, "displacement");
     implementation_->set(in, implementation_->state.displacement, 1 / implementation_->body->length_unit());
 }
 template <class T>
 void ExplicitDynamics<T>::set_velocities(VectorField<const T> in) {
-    check_finite(in, "velocity");
+    check_finite(*implementation_->body, in, "velocity");
     implementation_->set(in, implementation_->state.velocity, 1 / implementation_->body->length_unit());
 }
 template <class T>

@@ -95,8 +95,7 @@ std::size_t ForcePlan<T>::node_count() const {
 template <class T>
 void ForcePlan<T>::add_forces(VectorField<const T> displacement, VectorField<T> force) const {
     const Body<T>& body = *implementation_->body;
-    body.check(displacement);
-    body.check(force);
+    body.check(force, {displacement});
     const typename Implementation::Borrowed scratch(*implementation_);
     scratch->displacement = displacement;
     scratch->force = force;
@@ -121,8 +120,7 @@ template <class T>
 void ForcePlan<T>::add_hessian_product(VectorField<const T> displacement, VectorField<const T> direction,
                                        VectorField<T> product) const {
     const Body<T>& body = *implementation_->body;
-    body.check(direction);
-    body.check(product);
+    body.check(product, {displacement, direction});
     const typename Implementation::Borrowed scratch(*implementation_, displacement);
     State<T>& state = scratch->state;
     body.allocate_like(state.displacement, state.direction);

@@ -90,6 +90,16 @@ void check(const hybmss_field* field, std::size_t nodes, const char* name) {
     }
 }
 
+void check_apart(const hybmss_const_field& in, const hybmss_field& out, const char* name) {
+    for (const void* const read : {in.x, in.y, in.z}) {
+        for (const void* const written : {out.x, out.y, out.z}) {
+            if (read == written && read) {
+                refuse(name, "what is written must be other memory than what is read");
+            }
+        }
+    }
+}
+
 template <class T>
 Input<T>::Input(const hybmss_const_field& field, std::size_t nodes, Scratch<T>& scratch) : scratch_(scratch) {
     const T* const from[3] = {static_cast<const T*>(field.x), static_cast<const T*>(field.y),

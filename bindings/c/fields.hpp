@@ -17,6 +17,9 @@ void check(const hybmss_const_field* field, std::size_t nodes, const char* name)
 template <class T>
 void check(const hybmss_field* field, std::size_t nodes, const char* name);
 
+/// Throws where a component of `out` begins where one of `in` does. What else they may share, the plan looks at.
+void check_apart(const hybmss_const_field& in, const hybmss_field& out, const char* name);
+
 /// Arrays for fields in another order than the body's: an execution takes what it needs and gives it back.
 template <class T>
 class Scratch {

@@ -23,6 +23,7 @@ struct Planned {
     void add_forces(const hybmss_const_field* displacements, const hybmss_field* forces) const {
         check<T>(displacements, nodes(), "displacements");
         check<T>(forces, nodes(), "forces");
+        check_apart(*displacements, *forces, "forces");
         const Input<T> u(*displacements, nodes(), scratch);
         const Output<T> f(*forces, nodes(), scratch);
         plan.add_forces(u.view(), f.view());
@@ -37,6 +38,8 @@ struct Planned {
         check<T>(displacements, nodes(), "displacements");
         check<T>(direction, nodes(), "direction");
         check<T>(product, nodes(), "product");
+        check_apart(*displacements, *product, "product");
+        check_apart(*direction, *product, "product");
         const Input<T> u(*displacements, nodes(), scratch), p(*direction, nodes(), scratch);
         const Output<T> q(*product, nodes(), scratch);
         plan.add_hessian_product(u.view(), p.view(), q.view());

@@ -119,8 +119,9 @@ public:
     ///
     /// On return `displacement` holds the equilibrium; where none was found, the last one on the way to it; where there
     /// is none of those either, the first attempt's state, if it is only not balanced well enough, else the start.
-    /// Throws std::invalid_argument for a size that differs, a node that does not exist, a
-    /// value that is not finite, options out of range, and for multigrid asked of a network.
+    /// Throws std::invalid_argument for a size that differs, fields that share memory or have none, a node that does
+    /// not exist or is held twice along an axis, a value that is not finite in T, options out of range, and for
+    /// multigrid asked of a network.
     EquilibriumResult solve(const Loading& loading, VectorField<T> displacement,
                             const EquilibriumOptions& options = {});
 

@@ -38,9 +38,10 @@ public:
     std::size_t node_count() const;
 
     /// Adds to `force` (N) the internal force at the displacements u = x - X (m). Both fields have node_count() nodes
-    /// in the body's node order; they must not overlap. Throws std::invalid_argument where a size differs. Values are
-    /// not checked: a node that is not finite, or so far away that its square is not, leaves numbers that are not
-    /// finite in the energy and in the forces on nodes that share a cell or spring with it, and nowhere else.
+    /// in the body's node order; they must not overlap. Throws std::invalid_argument where a size differs, a
+    /// component is null or two of them are the same memory. Values are not checked: a node that is not finite, or so
+    /// far away that its square is not, leaves numbers that are not finite in the energy and in the forces on nodes
+    /// that share a cell or spring with it, and nowhere else.
     void add_forces(VectorField<const T> displacement, VectorField<T> force) const;
 
     /// The energy (J) at the displacements, summed in double.

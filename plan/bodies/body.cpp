@@ -248,6 +248,26 @@ void Body<T>::check(const VectorField<T>& out) const {
 }
 
 template <class T>
+void Body<T>::check(const VectorField<T>& out, std::initializer_list<VectorField<const T>> in) const {
+    check(out);
+    for (const VectorField<const T>& read : in) {
+        check(read);
+        // With other strides memory may be shared as well; which, would take a walk over the nodes to tell.
+        if (read.stride != out.stride) {
+            continue;
+        }
+        const auto stride = static_cast<std::size_t>(out.stride < 0 ? -out.stride : out.stride);
+        for (const T* const a : {read.x, read.y, read.z}) {
+            for (const T* const b : {out.x, out.y, out.z}) {
+                if (overlap(a, b, stride, out.size)) {
+                    refuse("what is written must be other memory than what is read");
+                }
+            }
+        }
+    }
+}
+
+template <class T>
 template <class Outer, class Inner, class Move>
 void Body<T>::move_nodes(std::size_t begin, std::size_t end, const VectorField<Outer>& outer,
                          const Component<Inner> (&inner)[3], const Move& move) const {

@@ -9,6 +9,7 @@
 #include "plan/threads/workers.hpp"
 
 #include <array>
+#include <initializer_list>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -143,6 +144,8 @@ public:
     /// where it is written to, three components that share no memory.
     void check(const VectorField<const T>& in) const;
     void check(const VectorField<T>& out) const;
+    /// Throws too where a component of `out` is one of `in`.
+    void check(const VectorField<T>& out, std::initializer_list<VectorField<const T>> in) const;
     /// field = factor * in, at the body's nodes.
     void write(VectorField<const T> in, double factor, NodeField<T>& field) const;
     /// out = factor * field.

@@ -53,8 +53,12 @@ bool is_driven(const StepParameters& p) {
 
 template <class T>
 kernels::StepConstants<T> step_constants(const StepParameters& p, double length_unit) {
-    if (!(p.time_step > 0) || !std::isfinite(p.time_step)) {
-        refuse_value("time_step", p.time_step, "finite and above 0");
+    const auto allowed = [](double value, const char* what) {
+        return std::string(what) + (std::isfinite(value) ? " in the body's precision" : "");
+    };
+    if (!(static_cast<T>(p.time_step) > 0) || !std::isfinite(static_cast<T>(p.time_step))) {
+        refuse_value("time_step", p.time_step,
+                     p.time_step > 0 ? allowed(p.time_step, "finite and above 0") : "finite and above 0");
     }
     if (!(p.mass_damping >= 0) || !std::isfinite(p.mass_damping)) {
         refuse_value("mass_damping", p.mass_damping, "finite and at least 0");
@@ -65,10 +69,10 @@ kernels::StepConstants<T> step_constants(const StepParameters& p, double length_
     constants.velocity_factor = static_cast<T>(factor);
     constants.force_factor = static_cast<T>(p.time_step * factor);
     for (std::size_t c = 0; c < 3; ++c) {
-        if (!std::isfinite(p.acceleration[c])) {
-            refuse_value("acceleration", p.acceleration[c], "finite");
-        }
         constants.velocity_gain[c] = static_cast<T>(p.acceleration[c] * p.time_step * factor / length_unit);
+        if (!std::isfinite(constants.velocity_gain[c])) {
+            refuse_value("acceleration", p.acceleration[c], allowed(p.acceleration[c], "finite"));
+        }
     }
     return constants;
 }

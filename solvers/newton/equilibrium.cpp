@@ -89,7 +89,8 @@ struct EquilibriumSolver<T>::Implementation {
           potential(*body, scales, solid, std::move(sections)), stepping(potential.space()),
           minimiser(potential.space()) {}
 
-    void read(VectorField<const T> displacement) {
+    void read(VectorField<T> displacement) {
+        body->check(displacement); // it is written in the end
         body->write(displacement, 1 / body->length_unit(), state.displacement);
         const FieldView<T> u{state.displacement};
         const double largest = potential.space().largest([](const T& x) { return x < 0 ? -x : x; }, u);
@@ -241,10 +242,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     validate(options);
     require(time_step > 0 && std::isfinite(time_step), "time_step", time_step, "finite and > 0");
     require(mass_damping >= 0 && std::isfinite(mass_damping), "mass_damping", mass_damping, "finite and at least 0");
-    if (velocity.size != node_count()) {
-        throw std::invalid_argument("velocity field of " + std::to_string(velocity.size) +
-                                    " nodes given: the body has " + std::to_string(node_count()));
-    }
+    i.body->check(velocity, {displacement});
     i.read(displacement);
     i.set(loading);
     const double strength = 1 / (time_step * time_step) + mass_damping / time_step;
@@ -386,6 +384,7 @@ void EquilibriumSolver<T>::get_effect_forces(VectorField<const T> displacement, 
 template <class T>
 PotentialEnergy EquilibriumSolver<T>::get_forces(VectorField<const T> displacement, VectorField<T> force) {
     Implementation& i = *implementation_;
+    i.body->check(force, {displacement});
     i.body->write(displacement, 1 / i.body->length_unit(), i.state.displacement);
     i.body->compute_forces(i.state);
     i.body->read(i.state.force, 1, force);

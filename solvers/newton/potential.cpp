@@ -35,18 +35,24 @@ void Potential<T>::prescribe(std::span<const PrescribedNode> nodes) {
             throw std::invalid_argument("prescribed node " + std::to_string(p.node) + ": the body has " +
                                         std::to_string(held_.size()) + " nodes");
         }
-        held_[p.node] = static_cast<std::uint8_t>(held_[p.node] | (p.axes & 7u));
         for (std::size_t c = 0; c < 3; ++c) {
             if (p.axes >> c & 1) {
-                if (!std::isfinite(p.displacement[c])) {
+                if (held_[p.node] >> c & 1) {
+                    throw std::invalid_argument("prescribed node " + std::to_string(p.node) + ": given twice along " +
+                                                "xyz"[c] + "; each axis of a node may be given once");
+                }
+                const auto displacement = static_cast<T>(p.displacement[c] / body_->length_unit());
+                if (!std::isfinite(displacement)) {
                     throw std::invalid_argument("prescribed displacement of node " + std::to_string(p.node) +
-                                                ": it must be finite");
+                                                ": it must be finite" +
+                                                (std::isfinite(p.displacement[c]) ? " in the body's precision" : ""));
                 }
                 std::size_t array = 0;
                 const std::size_t index = flat_index(p.node, c, array);
-                prescribed_.push_back({array, index, static_cast<T>(p.displacement[c] / body_->length_unit())});
+                prescribed_.push_back({array, index, displacement});
             }
         }
+        held_[p.node] = static_cast<std::uint8_t>(held_[p.node] | (p.axes & 7u));
     }
     free_count_ = 0;
     for (std::size_t n = 0; n < held_.size(); ++n) {
@@ -73,8 +79,9 @@ void Potential<T>::load(std::span<const std::array<double, 3>> forces, const std
     for (std::size_t n = 0; n < masses.size(); ++n) {
         for (std::size_t c = 0; c < 3; ++c) {
             const double force = masses[n] * acceleration[c] + (forces.empty() ? 0 : forces[n][c]);
-            if (!std::isfinite(force)) {
-                throw std::invalid_argument("load on node " + std::to_string(n) + ": it must be finite");
+            if (!std::isfinite(static_cast<T>(force))) {
+                throw std::invalid_argument("load on node " + std::to_string(n) + ": it must be finite" +
+                                            (std::isfinite(force) ? " in the body's precision" : ""));
             }
             largest_load_ = std::max(largest_load_, std::abs(force));
             resultant_[c] += force;

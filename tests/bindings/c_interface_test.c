@@ -339,6 +339,9 @@ static void refused_fields(void) {
     REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "different memory");
     worse = out, worse.stride = 1; /* interleaved memory: y of an entry is x of the next */
     REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "different memory");
+    worse.x = (void*)good.x, worse.y = (void*)good.y, worse.z = (void*)good.z, worse.stride = good.stride;
+    worse.precision = HYBMSS_FLOAT;
+    REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "forces: what is written must be other memory");
     worse = out, worse.precision = HYBMSS_DOUBLE;
     REFUSED(hybmss_plan_add_forces(plan, &good, &worse), "forces: precision");
 

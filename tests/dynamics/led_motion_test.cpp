@@ -173,6 +173,26 @@ TEST(Prescribed, FiniteInTheBodysPrecision) {
     EXPECT_NE(why.find("prescribed displacement of node 1 = 9999999"), std::string::npos) << why;
     EXPECT_NE(why.find("is not allowed: it must be finite in the body's precision"), std::string::npos) << why;
     EXPECT_NE(refusal([&] { body.prescribe(std::vector<PrescribedNode>{{1, 1, {}, {-1e39, 0, 0}}}); }), "");
+    const auto stepped = [&](const StepParameters& parameters) { return refusal([&] { body.step(parameters); }); };
+    EXPECT_EQ(stepped({1e-4, {0, 0, 1e300}}),
+              "acceleration = 1e+300 is not allowed: it must be finite in the body's precision");
+    EXPECT_EQ(stepped({1e-50}),
+              "time_step = 1e-50 is not allowed: it must be finite and above 0 in the body's precision");
+    EXPECT_EQ(stepped({1e39}),
+              "time_step = 1e+39 is not allowed: it must be finite and above 0 in the body's precision");
+    EXPECT_EQ(refusal([&] {
+                  body.load(std::vector<NodalLoad>{{2, {0, 1e60, 0}}});
+              }),
+              "load on node 2: the force along y is not finite in the body's precision");
+    // Finite as given, and not in units of cells.
+    ExplicitDynamics<float> fine(Lattice::box(1, 1, 1, 1e-3), Material{});
+    std::vector<float> u(3 * fine.node_count(), 0.0f);
+    u[4] = 3e38f;
+    const std::string units = refusal([&] { fine.set_displacements(VectorField<const float>::aos(u.data(), 8)); });
+    EXPECT_NE(units.find("displacement of node 1 = 3"), std::string::npos) << units;
+    EXPECT_NE(units.find("it must be finite in units of cells too"), std::string::npos) << units;
+    EXPECT_EQ(refusal([&] { fine.set_velocities({u.data(), nullptr, u.data(), 3, 8}); }), "vector field: y is null");
+    EXPECT_TRUE(fine.finite());
     EXPECT_TRUE(body.finite());
 }
 

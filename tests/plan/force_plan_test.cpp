@@ -131,6 +131,19 @@ TEST(ForcePlan, RefusesFieldsThatAreNone) {
     // Interleaved memory with the stride of separate arrays: y of a node is x of the next.
     EXPECT_EQ(forces(in, VectorField<float>::aos(f.data(), n, 1)),
               "vector field: x, y and z must be different memory: with stride = 1 they share some");
+    const std::string kApart = "vector field: what is written must be other memory than what is read";
+    EXPECT_EQ(forces(in, VectorField<float>::aos(u.data(), n)), kApart);
+    EXPECT_EQ(forces(VectorField<const float>::aos(f.data(), n - 1), VectorField<float>::aos(f.data() + 3, n - 1)),
+              "vector field of 26 nodes given: the body has 27");
+    std::vector<float> both(6 * n, 0.0f);
+    EXPECT_EQ(forces(VectorField<const float>::aos(both.data(), n, 6), VectorField<float>::aos(both.data() + 3, n, 6)),
+              "")
+        << "u and f of a node side by side";
+    EXPECT_EQ(forces(VectorField<const float>::aos(both.data() + 3, n, 3), VectorField<float>::aos(both.data(), n, 3)),
+              kApart)
+        << "a node further on";
+    EXPECT_EQ(refusal([&] { plan.add_hessian_product(in, in, VectorField<float>::aos(u.data(), n)); }), kApart);
+    EXPECT_EQ(u, std::vector<float>(3 * n, 0.01f));
     EXPECT_EQ(f, std::vector<float>(3 * n, 0.0f)) << "a refused call adds nothing";
     // What is only read may be the same memory three times, and may run backwards.
     EXPECT_EQ(

@@ -1,5 +1,6 @@
 // How a solve ends where things are hard: indefinite starts, bodies without supports, energies without bound.
 #include "clamped_cube.hpp"
+#include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -163,6 +164,35 @@ TEST(HardCases, WhatIsNotFiniteIsRefused) {
     Loading loading;
     loading.acceleration = {0, std::numeric_limits<double>::infinity(), 0};
     EXPECT_THROW(solver.solve(loading, view(u)), std::invalid_argument);
+
+    EquilibriumSolver<float> in_float(lattice, {});
+    Field<float> narrow(u.size());
+    loading.acceleration = {0, 1e39, 0};
+    expect_refusal([&] { in_float.solve(loading, view(narrow)); },
+                   {"load on node 0", "finite in the body's precision"});
+    loading.acceleration = {0, 0, 0};
+    loading.supports = {{4, 2, {0, 1e39, 0}, {0, 0, 0}}};
+    expect_refusal([&] { in_float.solve(loading, view(narrow)); },
+                   {"prescribed displacement of node 4", "finite in the body's precision"});
+    EXPECT_EQ(narrow, Field<float>(u.size())) << "refused before anything is written";
+}
+
+TEST(HardCases, NoAxisIsHeldTwiceAndNoFieldSharesMemory) {
+    const Lattice lattice = Lattice::box(2, 2, 2, kCellSize);
+    EquilibriumSolver<double> solver(lattice, {});
+    Field<double> u(solver.node_count()), v(solver.node_count());
+    Loading loading;
+    loading.supports = {{4, 1}, {5, 7}, {4, 3}};
+    expect_refusal([&] { solver.solve(loading, view(u)); }, {"prescribed node 4: given twice along x"});
+    loading.supports.back().axes = 6;
+    EXPECT_EQ(solver.solve(loading, view(u)).status, EquilibriumStatus::converged);
+    const VectorField<double> same = VectorField<double>::soa(u[0].data(), u[0].data(), u[0].data(), u.size());
+    expect_refusal([&] { solver.solve({}, same); }, {"must be different memory"});
+    expect_refusal([&] { solver.step({}, 0.1, 0, view(u), view(u)); }, {"other memory than what is read"});
+    expect_refusal([&] { solver.step({}, 0.1, 0, view(u), {nullptr, nullptr, nullptr, 3, u.size()}); }, {"x is null"});
+    expect_refusal([&] { solver.step({}, 0.1, 0, view(u), VectorField<double>::aos(v[0].data(), u.size(), 0)); },
+                   {"stride = 0"});
+    expect_refusal([&] { solver.get_forces(view(u), view(u)); }, {"other memory than what is read"});
 }
 
 TEST(HardCases, ANetworkAndItsLatticeAgree) {
