@@ -81,6 +81,8 @@ TEST_F(CommandLine, foreign_files_stay_unless_forced) {
         EXPECT_NE(read_text(file(name)), "theirs") << arguments;
         expect_success(arguments); // its own
     }
+    write_text(file("short"), "{"); // the beginning of one
+    expect_refused("explain s.toml --json short", "short: a file that is no earlier output");
 }
 
 TEST_F(CommandLine, quiet_run_is_one_line) {

@@ -245,6 +245,25 @@ TEST(ContactHeld, held_nodes_are_pressed_and_stay) {
     EXPECT_NEAR(body.dynamics.obstacle_readings().at(0).force[0], -3 * body.mass(), 1e-3 * body.mass());
 }
 
+/// A block of nodes is not looked at in every step; one that is led wakes it.
+TEST(ContactHeld, a_plate_that_jumps_is_seen_at_once) {
+    TouchingBody<double> body(Lattice::box(1, 1, 1, kEdge), {floor_at(-0.2 * kEdge, 0, stiffness_of(1))});
+    std::vector<PrescribedNode> held;
+    for (std::uint32_t node = 0; node < 8; ++node) {
+        held.push_back({node, 7, {0, 0, 0}, {0, 0, 0}});
+    }
+    body.dynamics.prescribe(held);
+    StepMotion jump;
+    jump.nodes = [&](long step) {
+        for (PrescribedNode& node : held) {
+            node.displacement[1] = step == 5 ? -0.5 * kEdge : 0;
+        }
+        return std::span<const PrescribedNode>(held);
+    };
+    body.dynamics.step({0.01 * body.dynamics.critical_time_step()}, 8, jump);
+    EXPECT_NEAR(body.dynamics.obstacle_readings().at(0).greatest_depth, 0.3 * kEdge, 1e-12);
+}
+
 TEST(ContactInput, surface_nodes_are_those_outside) {
     EXPECT_EQ(surface_nodes(Lattice::box(3, 3, 3, 1.0)).size(), 64u - 8u);
     Lattice hollow = Lattice::box(3, 3, 3, 1.0);

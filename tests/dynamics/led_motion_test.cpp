@@ -214,6 +214,10 @@ TEST(Finite, ToldWithTheStepsTaken) {
         const std::vector<float> zero(6 * body.node_count(), 0.0f);
         body.set_exact_state(zero);
         EXPECT_TRUE(body.finite()) << "set anew";
+        body.step({0.5 * body.critical_time_step()}); // with a look, as the state is new
+        body.step({1e6 * body.critical_time_step()}, 20);
+        EXPECT_FALSE(body.finite()) << "too soon for another look";
+        EXPECT_EQ(body.not_finite_at(), 2121) << layout;
     }
 }
 

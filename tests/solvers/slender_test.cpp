@@ -249,6 +249,7 @@ TEST(FailedSolves, LeaveAStateThatTheirResidualDescribes) {
     const auto rounded = solver.solve(pressed, view(u), options);
     ASSERT_EQ(rounded.status, EquilibriumStatus::no_descent) << rounded.message;
     EXPECT_EQ(rounded.load_fraction, 1);
+    EXPECT_NEAR(u.back()[1], -0.1, 1e-12);
     EXPECT_LT(rounded.residual, 1e-12);
     EXPECT_NEAR(residual(solver, pressed, 1, u), rounded.residual, 1e-14);
     EXPECT_NE(rounded.message.find("left is the state"), std::string::npos) << rounded.message;
