@@ -76,6 +76,16 @@ TEST(Start, gives_the_whole_body_its_momenta_and_it_keeps_them) {
     }
 }
 
+/// Of two layers the nodes at the bottom have half the mass: a turn about their mean place would have a momentum.
+TEST(Start, turns_about_the_centre_of_mass) {
+    Simulation simulation(parse_scene(
+        kBlock + "[[start]]\nwhere = {box = [[0, 0, 0], [9, 9, 0.1]]}\nangular_velocity = [2, 0, 0]\n" + kInTime,
+        "s.toml"));
+    const auto [linear, angular] = momenta(simulation, {0, 0, 0});
+    EXPECT_NEAR(linear[1], 0, 1e-13);
+    EXPECT_GT(angular[0], 0.1);
+}
+
 TEST(Start, of_several_that_hold_a_node_the_last_one_counts) {
     Simulation simulation(parse_scene(kBlock +
                                           "[[start]]\nvelocity = [1, 0, 0]\n"

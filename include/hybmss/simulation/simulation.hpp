@@ -29,7 +29,7 @@ struct SimulationOptions {
 struct Energies {
     double springs = 0, volume = 0, kinetic = 0;
     double removed = 0;  ///< all that left with the cells that were cut away, kinetic and external energy too
-    double external = 0; ///< potential of gravity and loads, zero at rest: -sum (m g + load).u
+    double external = 0; ///< potential of gravity and loads as they are now, zero at rest: -sum (m g + load).u
     std::vector<EffectEnergy> effects; ///< such as "contact": stored, and dissipated since the start
 };
 
