@@ -175,6 +175,27 @@ TEST(ContactScene, probes_csv_holds_what_obstacles_did) {
     EXPECT_GT(history.at("obstacles.floor.dissipated").back(), 5);
 }
 
+/// The example whose plane is tilted: it sticks up to the friction angle, and slides then as a rigid block does.
+TEST(ContactScene, a_block_on_a_plane_that_is_tilted_slides_from_the_friction_angle_on) {
+    Scene scene = load_scene(test::example("incline"));
+    scene.output = {};
+    Simulation simulation(scene);
+    const auto way = [&] { return simulation.probes().at(0).mean_displacement[0]; };
+    simulation.step(std::lround(2.2 / simulation.time_step()));
+    const double sheared = way();
+    EXPECT_LT(sheared, 5e-4); // 26 degrees
+    EXPECT_EQ(simulation.run().failure, "");
+    double slid = 0, speed = 0;
+    const double dt = 1e-4;
+    for (double t = 2; t < simulation.time(); t += dt) {
+        const auto g = value_at({}, scene.gravity.acceleration_in_time, t);
+        speed = std::max(speed + dt * (g[0] + scene.obstacles[0].friction * g[1] - scene.damping.mass * speed), 0.0);
+        slid += dt * speed;
+    }
+    EXPECT_GT(slid, 0.1);
+    EXPECT_NEAR(way() - sheared, slid, 0.02 * slid);
+}
+
 /// A quarter of a block under a sphere that is pressed into it by 1 % of its height.
 std::string pressed_block(int cells, const std::string& poisson_ratio, const std::string& stiffness) {
     const std::string n = std::to_string(cells);
