@@ -41,15 +41,27 @@ tbb::task_arena& arena_for(int threads) {
     return arenas.by_size.try_emplace(threads, threads).first->second;
 }
 
+/// oneTBB starts no more threads than the machine has cores, and says so on stderr, unless it is told to; of several
+/// who tell it, it takes the smallest number. So one speaks for all, and for good: for the most that was ever asked
+/// for.
+void allow(int threads) {
+    static std::mutex& mutex = *new std::mutex;
+    static std::unique_ptr<tbb::global_control>& limit = *new std::unique_ptr<tbb::global_control>;
+    static int allowed = tbb::info::default_concurrency();
+    const std::lock_guard lock(mutex);
+    if (threads > allowed) {
+        limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                      static_cast<std::size_t>(threads));
+        allowed = threads;
+    }
+}
+
 } // namespace
 
 struct HelperThreads::Arena {
-    // oneTBB starts no more threads than the machine has cores, and says so on stderr, unless it is told to.
-    explicit Arena(int threads)
-        : most(std::max(threads, tbb::info::default_concurrency())),
-          limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(most)), arena(arena_for(most)) {}
-    int most;
-    tbb::global_control limit;
+    explicit Arena(int threads) : arena(arena_for(std::max(threads, tbb::info::default_concurrency()))) {
+        allow(threads);
+    }
     tbb::task_arena& arena;
 };
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <set>
+#include <thread>
 
 namespace hybmss {
 namespace {
@@ -83,6 +84,30 @@ TEST_F(CommandLine, foreign_files_stay_unless_forced) {
     }
     write_text(file("short"), "{"); // the beginning of one
     expect_refused("explain s.toml --json short", "short: a file that is no earlier output");
+}
+
+// Plans of two and of more threads than there are cores, at once: oneTBB has nothing to say to that.
+TEST_F(CommandLine, threads_beyond_the_cores_are_no_matter) {
+    write_text(file("l.toml"), test::small_scene("cells = [2, 3, 4]", "cells = [24, 24, 24]"));
+    const std::string threads = std::to_string(4 * std::max(std::thread::hardware_concurrency(), 1u));
+    const test::ProgramResult result =
+        run_program("tune l.toml --seconds 0.01 --wisdom w --threads " + threads, directory.path());
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.errors, "");
+}
+
+// What was refused by a wrong reason once, or not at all.
+TEST_F(CommandLine, files_and_numbers_are_refused_by_their_reason) {
+    expect_refused("replay missing", "missing: cannot be read: No such file or directory");
+    expect_refused("replay .", ".: cannot be read: it is a directory");
+    expect_refused("forces s.toml --displacements .", ".: cannot be read: it is a directory");
+    expect_refused("bench --min-time nan", "--min-time: nan: it must be a number from 0.01 to 3600");
+    for (const char* command : {"explain s.toml --json", "record s.toml --out", "tune s.toml --wisdom",
+                                "forces s.toml --displacements s.toml --out", "verify --json", "bench --json"}) {
+        expect_refused(std::string(command) + " none/x", "none/x: cannot be written: No such file or directory");
+        expect_refused(std::string(command) + " .", " .: cannot be written: it is a directory");
+    }
+    expect_refused("run s.toml --out s.toml/x", "--out: s.toml/x: this directory cannot be made");
 }
 
 TEST_F(CommandLine, quiet_run_is_one_line) {
