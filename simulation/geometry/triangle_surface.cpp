@@ -173,6 +173,11 @@ SceneBody grid_around(const TriangleSurface& surface, double cell_size) {
             high[a] = std::max(high[a], x[a]);
         }
     }
+    const double across = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+    if (cell_size > (1 + kSlack) * across) {
+        throw std::runtime_error(
+            printed("it is %.6g m across, less than one cell: cell_size must be at most that", across));
+    }
     SceneBody body;
     body.cell_size = cell_size;
     for (std::size_t a = 0; a < 3; ++a) {

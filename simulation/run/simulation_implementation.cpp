@@ -61,7 +61,7 @@ double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) 
     if (scene.solver.duration / step > 1e15) {
         throw scene_error(
             scene, "solver.duration",
-            printed("%.3g steps of %.6g s; at most 1e15 steps are allowed", scene.solver.duration / step, step));
+            printed("it takes more than 1e15 steps, which are the most that are allowed, of %.6g s", step));
     }
     return step;
 }

@@ -80,11 +80,11 @@ constexpr KeyTable<SceneBody> kBody = {
 // -- [material] and [[label]]
 
 constexpr Key<Material> kMaterialKeys[] = {
-    {"young_modulus", "Pa", above(0, 1e18, "above 0 and at most 1e18"), "required", "Young's modulus E",
+    {"young_modulus", "Pa", from(1e-9, 1e18, "at least 1e-9 and at most 1e18"), "required", "Young's modulus E",
      member<&Material::young_modulus>},
     {"poisson_ratio", "", inside(-1, 0.5, "inside (-1, 0.5), both ends excluded"), "required", "Poisson's ratio nu",
      member<&Material::poisson_ratio>},
-    {"density", "kg/m^3", above(0, 1e12, "above 0 and at most 1e12"), "required", "mass per volume at rest",
+    {"density", "kg/m^3", from(1e-9, 1e12, "at least 1e-9 and at most 1e12"), "required", "mass per volume at rest",
      member<&Material::density>},
     {"face_diagonal_ratio", "", kFrom0To1e6, "1", "A = k_f / k_c; 0 leaves the face diagonals out (HybMSS-FD)",
      member<&Material::face_diagonal_ratio>},
@@ -340,7 +340,7 @@ constexpr Key<Solver> kSolverKeys[] = {
      above(0, kNoBound, "above 0; for symplectic-euler at most the stable time step, which `hybmss explain` prints"),
      "0.7 of the stable one; 20 times that for backward-euler", "length of a step; not used by static",
      member<&Solver::time_step>},
-    {"duration", "s", kAbove0, "none", "simulated time, at most; required unless static",
+    {"duration", "s", from(1e-15, kNoBound, "at least 1e-15"), "none", "simulated time, at most; required unless static",
      field<NumberFormat, Duration>},
     {"tolerance", "", above(0, 0.1, "above 0 and at most 0.1"), "none; static: 1e-8, float 1e-4",
      "in time: given, the run ends as soon as the body has settled; see \"Settled\". Static: bound of the residual",
