@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 namespace hybmss {
 
@@ -81,8 +82,6 @@ SceneBody MeshFamily::body(std::int64_t multiple) const {
 
 namespace {
 
-constexpr double kLeastShare = 0.01;
-
 double length(std::span<const double> v) {
     double sum = 0;
     for (const double x : v) {
@@ -117,27 +116,39 @@ double order_from(double n1, double n2, double n3, double ratio, double low, dou
 } // namespace
 
 std::vector<ResultFigure> result_figures(const Simulation& simulation, const Summary& summary) {
-    double displacement = 0, force = 0;
+    const auto& cells = simulation.lattice().cells();
+    const double h = simulation.lattice().cell_size(), edge = h * *std::min_element(cells.begin(), cells.end());
+    double displacement = 0;
     for (const auto& u : simulation.displacements()) {
         displacement = std::max(displacement, length(u));
     }
-    for (const ProbeReading& probe : summary.probes) {
-        force = std::max(force, length(probe.force));
-    }
-    const auto& cells = simulation.lattice().cells();
-    const double edge = simulation.lattice().cell_size() * *std::min_element(cells.begin(), cells.end());
-    std::vector<ResultFigure> figures;
+    // What is zero by symmetry is rounding on every mesh, and no measure of itself: it is measured by the whole
+    // problem's force, the greatest that a probe reads, also by its torque, or that would do the elastic energy's work.
+    // Turning a body as it is strains it by about an epsilon of the angle.
+    const double epsilon = summary.plan.precision == name(Precision::float32) ? 0x1p-23 : 0x1p-52;
+    const double rounding = 4 * epsilon * displacement / edge; // a strain
+    const double modulus = simulation.scene().material.young_modulus;
     const double energy = summary.energies.springs + summary.energies.volume;
-    figures.push_back({"elastic energy", {energy}, std::abs(energy)});
-    const double change = summary.volume.relative_volume_change;
-    figures.push_back({"volume change", {change}, std::max(change, displacement / edge)});
+    double force = modulus * rounding * edge * edge;
+    if (displacement > 0) {
+        force = std::max(force, 2 * energy / displacement);
+    }
     for (const ProbeReading& probe : summary.probes) {
-        const auto add = [&](const char* what, const std::array<double, 3>& v, double least) {
-            figures.push_back({"probe " + probe.name + ": " + what, {v.begin(), v.end()}, std::max(length(v), least)});
-        };
-        add("force", probe.force, kLeastShare * force);
-        add("torque", probe.torque, length(probe.force) * edge);
-        add("mean displacement", probe.mean_displacement, kLeastShare * displacement);
+        force = std::max({force, length(probe.force), length(probe.torque) / edge});
+    }
+    std::vector<ResultFigure> figures;
+    const double volume = h * h * h * static_cast<double>(simulation.lattice().cell_count());
+    const auto add = [&](std::string name, std::span<const double> v, double least, double whole) {
+        const double scale = std::max(length(v), least);
+        figures.push_back({std::move(name), {v.begin(), v.end()}, scale, std::max(scale, whole)});
+    };
+    add("elastic energy", {&energy, 1}, modulus * rounding * rounding * volume, 0);
+    add("volume change", {&summary.volume.relative_volume_change, 1}, displacement / edge, 0);
+    for (const ProbeReading& probe : summary.probes) {
+        const std::string name = "probe " + probe.name + ": ";
+        add(name + "force", probe.force, kLeastShare * force, force);
+        add(name + "torque", probe.torque, edge * std::max(length(probe.force), kLeastShare * force), edge * force);
+        add(name + "mean displacement", probe.mean_displacement, kLeastShare * displacement, displacement);
     }
     return figures;
 }
@@ -156,7 +167,7 @@ double greatest_difference(std::span<const ResultFigure> a, std::span<const Resu
     return greatest;
 }
 
-ErrorEstimate estimate_error(std::span<const MeshFigures> meshes, double assumed_order, double wanted) {
+ErrorEstimate estimate_error(std::span<const MeshFigures> meshes, double assumed_order, double wanted, double noise) {
     constexpr double kLow = 0.7, kHigh = 2.2;
     const MeshFigures &fine = meshes[meshes.size() - 1], &coarse = meshes[meshes.size() - 2];
     ErrorEstimate greatest;
@@ -164,8 +175,11 @@ ErrorEstimate estimate_error(std::span<const MeshFigures> meshes, double assumed
     greatest.cells = fine.cells;
     for (std::size_t f = 0; f < fine.figures.size(); ++f) {
         const double change = difference(coarse.figures[f], fine.figures[f]);
+        if (change * fine.figures[f].scale <= noise * fine.figures[f].whole) {
+            continue;
+        }
         double order = assumed_order;
-        if (meshes.size() > 2 && change > 0) {
+        if (meshes.size() > 2) {
             const MeshFigures& coarsest = meshes[meshes.size() - 3];
             // By the scale of the finest: that of a coarse mesh is another one.
             ResultFigure middle = coarse.figures[f];
@@ -175,7 +189,10 @@ ErrorEstimate estimate_error(std::span<const MeshFigures> meshes, double assumed
             order = std::isfinite(observed) ? observed : order;
         }
         const double error = change / (std::pow(fine.cells / coarse.cells, order) - 1);
-        greatest.cells = std::max(greatest.cells, fine.cells * std::pow(error / wanted, 1 / order));
+        if (const double cells = fine.cells * std::pow(error / wanted, 1 / order); cells > greatest.cells) {
+            greatest.cells = cells;
+            greatest.finest = fine.figures[f].name;
+        }
         if (error > greatest.error) {
             greatest.error = error;
             greatest.order = order;

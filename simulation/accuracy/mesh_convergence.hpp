@@ -47,7 +47,10 @@ struct ResultFigure {
     std::string name;
     std::vector<double> values;
     double scale = 0;
+    double whole = 0; ///< the problem's own size of it, >= scale
 };
+/// Of the whole, down to which a figure is measured by itself.
+inline constexpr double kLeastShare = 0.01;
 /// The figures of a simulation at rest. The same names for the same scene on any mesh.
 std::vector<ResultFigure> result_figures(const Simulation& simulation, const Summary& summary);
 
@@ -65,13 +68,16 @@ struct MeshFigures {
 struct ErrorEstimate {
     double error = 0; ///< relative, of the finest mesh
     double order = 0;
-    std::string name; ///< whose it is
-    double cells = 0; ///< that would bring it to the error that was asked for
+    std::string name;   ///< whose it is
+    double cells = 0;   ///< that would bring all to the error that was asked for
+    std::string finest; ///< which of them needs so many; "" where those of the last mesh do
 };
 /// Of the last of two or more meshes, coarse to fine: |q2 - q1| / (r^p - 1), r being the ratio of cells and p the order
 /// that the last three meshes show, within [0.7, 2.2]; `assumed_order` where they show none, or are two. `wanted`: the
-/// error for which `cells` is told.
-ErrorEstimate estimate_error(std::span<const MeshFigures> meshes, double assumed_order, double wanted);
+/// error for which `cells` is told. `noise`: the part of the whole that two solves of the same problem may differ by;
+/// a figure that changes by no more does not count, for it shows nothing of the mesh.
+ErrorEstimate estimate_error(std::span<const MeshFigures> meshes, double assumed_order, double wanted,
+                             double noise = 0);
 
 /// The exponent lambda with which the displacement leaves a clamped edge where a free surface meets it at a right
 /// angle, u ~ r^lambda, the smallest root in (0, 1] of

@@ -19,12 +19,14 @@ constexpr double kGreatestGrowth = 4, kLeastGrowth = 1.25; ///< of the cells acr
 constexpr double kMeshShare = 0.7;
 constexpr double kFloatIsEnough = 1e-3;
 constexpr int kMostMeshes = 8;
+/// Up to so many cells a mesh is solved to tell what the wish takes: less than a second.
+constexpr double kCheap = 3e4;
 
-/// What a node may be left unbalanced by: far less than the wish, for many of them add up; in float not less than
-/// rounding allows.
+/// What a node may be left unbalanced by: far less than the wish, for many of them add up, and forces of a hundredth of
+/// the problem's are to be told too; in float not less than rounding allows.
 double tolerance_for(double accuracy, Precision precision) {
-    return precision == Precision::float32 ? std::clamp(0.1 * accuracy, 1e-4, 1e-3)
-                                           : std::clamp(0.01 * accuracy, 1e-10, 1e-5);
+    const bool single = precision == Precision::float32;
+    return std::clamp(kLeastShare * accuracy, single ? 1e-4 : 1e-10, single ? 1e-3 : 1e-5);
 }
 
 /// The fastest level whose errors are small against what a node may be left unbalanced by.
@@ -92,7 +94,7 @@ public:
         solved_.push_back({static_cast<double>(multiple), result_figures(*simulation_, summary_)});
         multiples_.push_back(multiple);
         if (solved_.size() > 1) {
-            estimate_ = estimate_error(solved_, assumed_order_, kMeshShare * report_.wanted);
+            estimate_ = estimate_error(solved_, assumed_order_, kMeshShare * report_.wanted, report_.tolerance);
             report_.error_estimate = estimate_.error + report_.tolerance;
             report_.quantity = estimate_.name;
             report_.order = estimate_.order;
@@ -158,11 +160,11 @@ public:
             const double room = std::cbrt(std::min(available / bytes, Lattice::kMostNodes / nodes)) *
                                 static_cast<double>(multiple) / static_cast<double>(multiples_.back());
             throw scene_error(scene_, "solver.accuracy",
-                              printed("it needs about %lld x %lld x %lld cells (%.3g GB; %.3g GB are free); about %.2g "
-                                      "or more can be had here",
+                              printed("it needs about %lld x %lld x %lld cells for the %s (%.3g GB; %.3g GB are "
+                                      "free); about %.2g or more can be had here",
                                       static_cast<long long>(cells[0]), static_cast<long long>(cells[1]),
-                                      static_cast<long long>(cells[2]), bytes / 1e9, available / 1e9,
-                                      estimate_.error / std::pow(room, estimate_.order) / kMeshShare));
+                                      static_cast<long long>(cells[2]), estimate_.finest.c_str(), bytes / 1e9,
+                                      available / 1e9, estimate_.error / std::pow(room, estimate_.order) / kMeshShare));
         }
     }
 
@@ -177,6 +179,7 @@ public:
         first_simulation_ = std::move(simulation_);
         first_summary_ = summary_;
     }
+    bool has_first() const { return first_simulation_ != nullptr; }
     void take_first() {
         simulation_ = std::move(first_simulation_);
         summary_ = first_summary_;
@@ -265,8 +268,8 @@ AccurateSolution finished(MeshRefinement& refinement) {
     const AccuracyReport& report = refinement.report();
     summary.accuracy = report;
     if (summary.failure.empty() && !report.reached()) {
-        const std::string text = printed("the estimated error, %.2g, is above the accuracy wanted, %.2g",
-                                         report.error_estimate, report.wanted);
+        const std::string text = printed("the estimated error, %.2g (%s), is above the accuracy wanted, %.2g",
+                                         report.error_estimate, report.quantity.c_str(), report.wanted);
         if (report.free_mesh) {
             summary.failure = text;
             summary.converged = false;
@@ -277,57 +280,73 @@ AccurateSolution finished(MeshRefinement& refinement) {
     return {std::move(refinement.simulation()), std::move(summary)};
 }
 
-/// The first two meshes of a free one. False where there is no equilibrium.
-bool solve_coarse(MeshRefinement& refinement) {
-    const std::int64_t first = refinement.family().multiple_of(kCoarsest);
-    return refinement.solve(first) && refinement.solve(2 * first);
-}
-
-AccurateSolution solve_free(MeshRefinement& refinement) {
-    if (!solve_coarse(refinement)) {
-        return finished(refinement);
+/// Meshes of a free one, coarse to fine, until the error is as wished; none of more than `most_cells`. Returns the
+/// multiple of the last, or, where that is not it, of the one that should do. Failures stand in the summary.
+std::int64_t solve_free(MeshRefinement& refinement, double most_cells = HUGE_VAL) {
+    const MeshFamily& family = refinement.family();
+    const AccuracyReport& report = refinement.report();
+    std::int64_t last = family.multiple_of(kCoarsest);
+    if (!refinement.solve(last) || !refinement.solve(2 * last)) {
+        return last;
     }
+    last *= 2;
     const auto sure = [&](int meshes) {
         // Two meshes show no order: theirs is assumed, and the estimate errs by more.
-        const AccuracyReport& report = refinement.report();
         return meshes > 2 ? report.reached() : report.error_estimate <= kMeshShare * report.wanted;
     };
     for (int meshes = 2; meshes < kMostMeshes && !sure(meshes); ++meshes) {
-        const double last = static_cast<double>(refinement.report().meshes.back().cells[0]) /
-                            static_cast<double>(refinement.family().cells(1)[0]);
-        const double wanted = refinement.multiple_for(refinement.report().wanted);
+        const double wanted = refinement.multiple_for(report.wanted), now = static_cast<double>(last);
         // What is far too much is better known now than after an hour.
-        refinement.require_room(static_cast<std::int64_t>(std::min(wanted, 1e7)));
+        const auto whole = static_cast<std::int64_t>(std::min(wanted, 1e7));
+        refinement.require_room(whole);
         const auto next = static_cast<std::int64_t>(
-            std::clamp(wanted, std::ceil(kLeastGrowth * last), std::floor(kGreatestGrowth * last)));
+            std::clamp(wanted, std::ceil(kLeastGrowth * now), std::floor(kGreatestGrowth * now)));
         refinement.require_room(next);
+        const auto [nx, ny, nz] = family.cells(next);
+        if (static_cast<double>(nx) * static_cast<double>(ny) * static_cast<double>(nz) > most_cells) {
+            return std::max(whole, next);
+        }
         if (!refinement.solve(next)) {
             break;
         }
+        last = next;
     }
-    return finished(refinement);
+    return last;
 }
 
 /// On the scene's own mesh, with the error told by half as many cells, or, where they cannot be halved, by twice as
-/// many.
-AccurateSolution solve_given(MeshRefinement& refinement) {
+/// many: the first solution is then the one that was asked for, and kept. False where there is no equilibrium.
+bool solve_given(MeshRefinement& refinement) {
     const std::int64_t own = refinement.family().own_multiple();
     if (own > 1) {
-        if (refinement.solve((own + 1) / 2)) {
-            refinement.solve(own);
-        }
-        return finished(refinement);
+        return refinement.solve((own + 1) / 2) && refinement.solve(own);
     }
     if (!refinement.solve(own)) {
-        return finished(refinement);
+        return false;
     }
     refinement.keep_first();
-    if (refinement.solve(2 * own)) {
-        refinement.estimate_coarser();
+    if (!refinement.solve(2 * own)) {
+        return false;
     }
+    refinement.estimate_coarser();
+    return true;
+}
+
+} // namespace
+
+AccurateSolution solve_to_accuracy(const Scene& scene, const AccuracyOptions& options) {
+    check(scene);
+    MeshRefinement refinement(scene, options);
+    if (refinement.family().is_free()) {
+        solve_free(refinement);
+        return finished(refinement);
+    }
+    solve_given(refinement);
     const std::string failure = refinement.summary().failure;
     AccurateSolution solution = finished(refinement);
-    solution.summary.failure = failure;
+    if (!refinement.has_first()) {
+        return solution;
+    }
     refinement.take_first();
     Summary summary = refinement.summary();
     summary.accuracy = solution.summary.accuracy;
@@ -339,33 +358,22 @@ AccurateSolution solve_given(MeshRefinement& refinement) {
     return {std::move(refinement.simulation()), std::move(summary)};
 }
 
-} // namespace
-
-AccurateSolution solve_to_accuracy(const Scene& scene, const AccuracyOptions& options) {
-    check(scene);
-    MeshRefinement refinement(scene, options);
-    return refinement.family().is_free() ? solve_free(refinement) : solve_given(refinement);
-}
-
 AccuracyReport accuracy_offers(const Scene& scene, const AccuracyOptions& options, Scene* chosen) {
     check(scene);
     MeshRefinement refinement(scene, options);
-    const MeshFamily& family = refinement.family();
-    const std::int64_t own = family.own_multiple();
-    const bool solved = family.is_free() ? solve_coarse(refinement)
-                        : own > 1        ? refinement.solve((own + 1) / 2) && refinement.solve(own)
-                                         : refinement.solve(own) && refinement.solve(2 * own);
-    if (!solved) {
-        throw std::runtime_error(refinement.summary().failure);
+    const bool free = refinement.family().is_free();
+    std::int64_t multiple = refinement.family().own_multiple();
+    if (free) {
+        multiple = solve_free(refinement, kCheap);
+    } else {
+        solve_given(refinement);
+    }
+    if (const std::string& failure = refinement.summary().failure; !failure.empty()) {
+        throw std::runtime_error(failure);
     }
     refinement.make_offers();
     if (chosen != nullptr) {
-        const auto multiple =
-            static_cast<std::int64_t>(std::min(refinement.multiple_for(refinement.report().wanted), 1e7));
-        if (family.is_free()) {
-            refinement.require_room(multiple);
-        }
-        *chosen = refinement.scene_on(family.is_free() ? multiple : own);
+        *chosen = refinement.scene_on(multiple);
     }
     return refinement.report();
 }

@@ -32,7 +32,7 @@ TEST(Accuracy, EstimateIsThatOfAKnownOrder) {
     // q(n) = 3 + n^-1.5 beside one that does not change.
     std::vector<MeshFigures> meshes;
     for (const double n : {4.0, 8.0, 20.0}) {
-        meshes.push_back({n, {{"still", {1}, 1}, {"q", {3 + std::pow(n, -1.5)}, 3}}});
+        meshes.push_back({n, {{"still", {1}, 1, 1}, {"q", {3 + std::pow(n, -1.5)}, 3, 3}}});
     }
     const ErrorEstimate estimate = estimate_error(meshes, 1, 1e-4);
     EXPECT_EQ(estimate.name, "q");
@@ -42,6 +42,21 @@ TEST(Accuracy, EstimateIsThatOfAKnownOrder) {
     // Two meshes: the order that is assumed.
     meshes.pop_back();
     EXPECT_NEAR(estimate_error(meshes, 1, 1e-4).error, (std::pow(4, -1.5) - std::pow(8, -1.5)) / 3, 1e-12);
+}
+
+TEST(Accuracy, ChangesWithinTheNoiseDoNotCount) {
+    std::vector<MeshFigures> meshes;
+    for (const double n : {4.0, 8.0}) {
+        meshes.push_back({n, {{"exact", {1e-3 / n}, 1e-2, 100}, {"q", {1 + 1 / n}, 1, 1}}});
+    }
+    EXPECT_EQ(estimate_error(meshes, 1, 1e-9, 1e-5).finest, "q");
+    meshes[0].figures.pop_back();
+    meshes[1].figures.pop_back();
+    EXPECT_EQ(estimate_error(meshes, 1, 1e-9, 0).finest, "exact");
+    const ErrorEstimate none = estimate_error(meshes, 1, 1e-9, 1e-5);
+    EXPECT_EQ(none.error, 0);
+    EXPECT_EQ(none.cells, 8);
+    EXPECT_EQ(none.name + none.finest, "");
 }
 
 TEST(Accuracy, MeshesFillTheBox) {
@@ -121,7 +136,64 @@ TEST(Accuracy, WithoutRoomSaysWhatCanBeHad) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_NE(result.errors.find("s.toml:14:12: solver.accuracy = 1e-9: it needs about"), std::string::npos)
         << result.errors;
+    EXPECT_NE(result.errors.find(" cells for the probe plate: "), std::string::npos) << result.errors;
     EXPECT_FALSE(std::filesystem::exists(directory.path() / "out"));
+    EXPECT_EQ(test::run_program("explain s.toml", directory.path()).errors, result.errors);
+}
+
+/// Turned by the plate, which may move along its axis; or stretched between plates that let it grow thin.
+std::string easy_scene(bool stretched, const std::string& accuracy) {
+    std::string text = "[body]\nsize = [1, 1, 2]\n[material]\nyoung_modulus = 1e5\npoisson_ratio = 0.3\n"
+                       "density = 1000\n[solver]\nmethod = \"static\"\naccuracy = " +
+                       accuracy;
+    text += stretched ? "\n[[fix]]\nwhere = \"x-min\"\naxes = \"x\"\n[[fix]]\nwhere = \"y-min\"\naxes = \"y\"\n"
+                        "[[fix]]\nwhere = \"z-min\"\naxes = \"z\"\n"
+                        "[[move]]\nwhere = \"z-max\"\ntranslate = [0, 0, 0.02]\naxes = \"z\"\n"
+                      : "\n[[fix]]\nwhere = \"z-min\"\n"
+                        "[[move]]\nwhere = \"z-max\"\nrotate = {axis = \"z\", degrees = 1}\naxes = \"xy\"\n";
+    for (const char* face : {"x-min", "x-max", "z-max"}) {
+        text += "[[probe]]\nname = \"" + std::string(face) + "\"\nwhere = \"" + face + "\"\n";
+    }
+    return text;
+}
+
+// Forces and torques that are zero up to rounding ask for no mesh.
+TEST(Accuracy, WhatIsZeroBySymmetryDoesNotCount) {
+    for (const std::string accuracy : {"0.05", "0.01", "1e-4", "1e-6"}) {
+        const nlohmann::json stretch = run(easy_scene(true, accuracy));
+        EXPECT_TRUE(stretch["accuracy"]["reached"]) << accuracy;
+        EXPECT_EQ(stretch["accuracy"]["meshes"].size(), 2u) << accuracy << stretch["accuracy"];
+        for (const auto& offer : stretch["accuracy"]["offers"]) {
+            EXPECT_EQ(offer["cells"], (std::vector<int>{8, 8, 16})) << accuracy << offer;
+        }
+    }
+    const nlohmann::json torsion = run(easy_scene(false, "0.05"));
+    EXPECT_TRUE(torsion["accuracy"]["reached"]);
+    EXPECT_LE(torsion["plan"]["cells"], 2 * 20 * 20 * 20) << torsion["accuracy"];
+}
+
+// explain solves on the meshes that run begins with, and all of them where they are small.
+TEST(Accuracy, IsJudgedByExplainAsByRun) {
+    for (const std::string accuracy : {"0.1", "0.05", "0.02"}) {
+        for (const std::string& scene : {static_scene("size = [1, 1, 1]\n", "accuracy = " + accuracy + "\n"),
+                                         static_scene("cells = [6, 6, 6]\ncell_size = 0.2\n", "accuracy = 0.1\n"),
+                                         easy_scene(false, accuracy), easy_scene(true, accuracy)}) {
+            test::TemporaryDirectory directory;
+            test::write_text(directory.path() / "s.toml", scene);
+            const std::string told = test::run_program("explain s.toml", directory.path()).output;
+            const nlohmann::json summary = run(scene);
+            const auto holds = [&](const std::string& part) {
+                EXPECT_NE(told.find(part), std::string::npos) << accuracy << " " << part << '\n' << told;
+            };
+            const auto& last = summary["accuracy"]["meshes"].back()["cells"];
+            const std::string cells = std::to_string(last[0].get<int>()) + " x " + std::to_string(last[1].get<int>()) +
+                                      " x " + std::to_string(last[2].get<int>());
+            holds("grid                 " + cells + " cells");
+            holds(cells + " cells, solved now");
+            holds(summary["accuracy"]["reached"] ? ": within the wish" : ": above the wish");
+            holds(summary["accuracy"]["quantity"]);
+        }
+    }
 }
 
 TEST(Accuracy, SingleNodesAreRefused) {

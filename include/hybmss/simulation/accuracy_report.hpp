@@ -37,12 +37,15 @@ struct AccuracyOffer {
 
 /// Errors are the greatest of: that of the elastic energy, relative; of the volume change, over itself or, where that
 /// is larger, the greatest displacement over the body's shortest edge; and of each probe that of the force, over itself
-/// but at least 1 % of the greatest probe's, of the torque, over itself but at least the force times the shortest edge,
-/// and of the mean displacement, over itself but at least 1 % of the body's greatest displacement.
+/// but at least 1 % of the problem's, of the torque, over itself but at least the force or 1 % of the problem's times
+/// the shortest edge, and of the mean displacement, over itself but at least 1 % of the body's greatest displacement.
+/// The problem's force is the largest of the probes' forces, of their torques over the shortest edge, and of what would
+/// do the elastic energy's work along the greatest displacement. What differs from mesh to mesh by no more than the
+/// tolerance's part of the problem's does not count.
 struct AccuracyReport {
     double wanted = 0;         ///< relative
     double error_estimate = 0; ///< of the results; by the last two meshes, and the order that three show
-    std::string quantity;      ///< which it is: "probe plate: force"
+    std::string quantity;      ///< which it is: "probe plate: force"; "" where none counts
     double order = 0;          ///< the order assumed for that
     bool free_mesh = false;    ///< the mesh was chosen
     double tolerance = 0;      ///< of the residual

@@ -30,7 +30,9 @@ struct AccurateSolution {
 /// has not, and where a free mesh fine enough does not fit into memory.
 AccurateSolution solve_to_accuracy(const Scene& scene, const AccuracyOptions& options = {});
 
-/// The offers alone, from two coarse meshes. `chosen`: where not null, the scene with the mesh of its own accuracy.
+/// The offers alone, from the meshes that solve_to_accuracy() begins with: up to some 30,000 cells they are the same,
+/// and so is what is refused. `chosen`: where not null, the scene with the mesh that should do. Throws as that does,
+/// and std::runtime_error where a mesh has no equilibrium.
 AccuracyReport accuracy_offers(const Scene& scene, const AccuracyOptions& options = {}, Scene* chosen = nullptr);
 
 } // namespace hybmss
