@@ -40,37 +40,62 @@ struct EffectCost {
     std::optional<double> nanoseconds; ///< that it adds to a cell's step; of explicit steps alone
 };
 
-/// A scene that can be stepped for as long as timing takes: begun anew where it diverges, as it may beyond its duration
-/// or without one of its effects.
-struct TimedScene {
-    TimedScene(Scene scene, const SimulationOptions& given) : options(given), simulation(std::move(scene), given) {}
-    SimulationOptions options;
-    Simulation simulation;
-};
+/// A scene that is stepped for the clock: begun anew, off the clock, where its run ends and where it fails, so that no
+/// state counts that a run does not reach.
+class TimedScene {
+public:
+    TimedScene(Scene scene, const SimulationOptions& options)
+        : options_(options), simulation_(std::move(scene), options), end_(steps_of(simulation_)) {}
 
-double seconds_of(TimedScene& timed, long steps) {
-    const long before = timed.simulation.steps();
-    const auto start = std::chrono::steady_clock::now();
-    const auto seconds = [&] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
-    try {
-        timed.simulation.step(steps);
-        return seconds();
-    } catch (const std::runtime_error&) {
-        const auto taken = static_cast<double>(timed.simulation.steps() - before);
-        const double a_step = seconds() / std::max(taken, 1.0);
-        timed.simulation = Simulation(timed.simulation.scene(), timed.options);
-        return a_step * static_cast<double>(steps);
+    const Simulation& simulation() const { return simulation_; }
+    long end() const { return end_; }
+
+    /// Seconds of so many steps, told by those of twenty runs at most: to begin anew takes longer than a short run.
+    /// Throws std::runtime_error where not one can be taken.
+    double seconds(long wanted) {
+        long steps = std::min(wanted, 20 * std::min(end_, wanted));
+        const double times = static_cast<double>(wanted) / static_cast<double>(steps);
+        double sum = 0;
+        while (steps > 0) {
+            if (simulation_.steps() >= end_) {
+                simulation_ = Simulation(simulation_.scene(), options_);
+            }
+            const long before = simulation_.steps(), count = std::min(steps, end_ - before);
+            const auto start = std::chrono::steady_clock::now();
+            try {
+                simulation_.step(count);
+                sum += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+                steps -= count;
+            } catch (const std::runtime_error&) {
+                // Explicit steps are looked at in fifties only.
+                const bool looked_at = simulation_.scene().solver.method != SolverMethod::symplectic_euler;
+                end_ = simulation_.steps() - (looked_at ? 0 : 50);
+                if (end_ <= 0) {
+                    throw;
+                }
+            }
+        }
+        return times * sum;
     }
-}
+
+    static long steps_of(const Simulation& simulation) {
+        const double step = simulation.time_step();
+        const double steps = step > 0 ? std::ceil(simulation.scene().solver.duration / step * (1 - 1e-12)) : 1;
+        return static_cast<long>(std::clamp(steps, 1.0, 1e17));
+    }
+
+private:
+    SimulationOptions options_;
+    Simulation simulation_;
+    long end_;
+};
 
 /// Seconds a step that `with` takes longer than `rest`, the median over rounds in which both have a slice.
 double difference(TimedScene& with, TimedScene& rest) {
     constexpr int kRounds = 11;
     constexpr double kSliceSeconds = 0.005;
     Interleaved interleaved(
-        {[&](long steps) { return seconds_of(with, steps); }, [&](long steps) { return seconds_of(rest, steps); }},
+        {[&](long steps) { return with.seconds(steps); }, [&](long steps) { return rest.seconds(steps); }},
         kSliceSeconds);
     std::vector<double> differences;
     for (int round = 0; round < kRounds; ++round) {
@@ -97,27 +122,49 @@ std::vector<EffectCost> effect_costs(const Simulation& simulation, const Simulat
         }
         TimedScene with(scene, same), rest(without(scene, rule), same);
         if (explicit_in_time) {
-            cost.nanoseconds = 1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
+            try {
+                cost.nanoseconds =
+                    1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
+            } catch (const std::runtime_error&) { // it fails at once, or does without this effect
+            }
         }
         // After steps: some arrays are made by the first.
-        cost.bytes = static_cast<long long>(with.simulation.describe().bytes) -
-                     static_cast<long long>(rest.simulation.describe().bytes);
+        cost.bytes = static_cast<long long>(with.simulation().describe().bytes) -
+                     static_cast<long long>(rest.simulation().describe().bytes);
     }
     return costs;
 }
 
-/// Times real steps of the simulation, for a fifth of a second or five steps.
-double seconds_a_step(Simulation& simulation) {
-    simulation.step();
-    const auto start = std::chrono::steady_clock::now();
+/// By the scene's own steps, of a fifth of a second or five of them, but not many runs over.
+double seconds_a_step(TimedScene& timed) {
+    timed.seconds(1);
     double seconds = 0;
     long steps = 0;
-    while (seconds < 0.2 || steps < 5) {
-        simulation.step(5);
+    do {
+        seconds += timed.seconds(5);
         steps += 5;
-        seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    }
+    } while (seconds < 0.2 && steps < 10 * timed.end());
     return seconds / static_cast<double>(steps);
+}
+
+/// What a run would say of the mesh, told by the equilibrium under all that holds and loads the body, where that is
+/// found within a second or so; else "".
+std::string coarse_mesh_line(Scene scene, const SimulationOptions& options) {
+    if (scene.solver.accuracy || (scene.fixes.empty() && scene.moves.empty())) {
+        return "";
+    }
+    scene.solver.method = SolverMethod::static_equilibrium;
+    scene.solver.tolerance = 1e-3;
+    scene.obstacles.clear();
+    scene.cuts.clear();
+    scene.output.energy_balance = false;
+    try {
+        Simulation simulation(std::move(scene), options);
+        const Summary summary = simulation.estimated_seconds() < 1 ? simulation.run() : Summary{};
+        return summary.warnings.empty() ? "" : summary.warnings.front();
+    } catch (const std::exception&) { // what is wrong with it, the run will say
+        return "";
+    }
 }
 
 void row(std::string_view label, const std::string& value) {
@@ -169,8 +216,9 @@ void explain_solver(const Simulation& simulation) {
     row("critical time step", critical_step_text(simulation) + ", if it were solved by symplectic-euler");
 }
 
-void explain_time(Simulation& simulation) {
-    const Scene& scene = simulation.scene();
+void explain_time(TimedScene& timed) {
+    const Simulation& simulation = timed.simulation();
+    const Scene& scene = simulation.scene(); // until it is begun anew
     const bool implicit = scene.solver.method == SolverMethod::backward_euler;
     fmt::print("time\n");
     row("method", std::string(name(scene.solver.method)));
@@ -181,23 +229,37 @@ void explain_time(Simulation& simulation) {
                     : implicit                        ? "chosen: 14 times the critical one, undamped"
                     : scene.material.stiffening.any() ? "chosen: 0.7 of the critical one of springs strained by 1/2"
                                                       : "chosen: 0.7 of the critical one"));
-    const double steps = std::ceil(scene.solver.duration / simulation.time_step());
+    const auto steps = static_cast<double>(timed.end());
     row("steps", fmt::format("{:.0f}{}", steps, scene.solver.tolerance ? " at most; fewer if the body settles" : ""));
-    const double cost = seconds_a_step(simulation);
-    row("estimated cost",
-        fmt::format("{:.3g} s ({:.3g} us a step, {:.3g} ns a cell and step, measured now)", steps * cost, 1e6 * cost,
-                    1e9 * cost / static_cast<double>(simulation.lattice().cell_count())));
+    try {
+        const double cost = seconds_a_step(timed);
+        row("estimated cost",
+            fmt::format("{:.3g} s ({:.3g} us a step, {:.3g} ns a cell and step, measured now)", steps * cost,
+                        1e6 * cost, 1e9 * cost / static_cast<double>(simulation.lattice().cell_count())));
+    } catch (const std::runtime_error& error) {
+        row("estimated cost", fmt::format("cannot be measured: {}", error.what()));
+    }
 }
 
-void explain_accuracy(const AccuracyReport& report) {
+void explain_accuracy(const AccuracyReport& report, const std::array<int, 3>& chosen) {
     fmt::print("accuracy\n");
     row("wanted",
         fmt::format("{:g}{}", report.wanted, report.free_mesh ? "; the mesh is free" : "; the scene says which mesh"));
+    std::string meshes;
+    for (const AccuracyMesh& mesh : report.meshes) {
+        meshes +=
+            fmt::format("{}{} x {} x {}", meshes.empty() ? "" : ", ", mesh.cells[0], mesh.cells[1], mesh.cells[2]);
+    }
     row("told by",
-        fmt::format("{} x {} x {} and {} x {} x {} cells, solved now; worst is {}, order {:.2f}",
-                    report.meshes.front().cells[0], report.meshes.front().cells[1], report.meshes.front().cells[2],
-                    report.meshes.back().cells[0], report.meshes.back().cells[1], report.meshes.back().cells[2],
-                    report.quantity, report.order));
+        fmt::format("{} cells, solved now; {}", meshes,
+                    report.quantity.empty() ? "nothing changes by more than the tolerance"
+                                            : fmt::format("worst is {}, order {:.2f}", report.quantity, report.order)));
+    row("estimated error",
+        fmt::format("{:.2g}{}", report.error_estimate,
+                    report.reached()    ? ": within the wish"
+                    : !report.free_mesh ? ": above the wish, and the mesh is the scene's own"
+                                        : fmt::format(" on the last; `run` goes on to about {} x {} x {}", chosen[0],
+                                                      chosen[1], chosen[2])));
     fmt::print("  {:<10} {:<7} {:<8} {:>9}  {:<20} {:>9} {:>8}\n", "accuracy", "type", "kernel", "tolerance", "cells",
                "GB", "s, about");
     for (const AccuracyOffer& offer : report.offers) {
@@ -281,13 +343,14 @@ void explain(const ExplainArguments& arguments) {
         Scene chosen;
         AccuracyOptions probing{options, !arguments.plan.names_precision(), {}, {}};
         ProgressLine line(stderr);
-        show_meshes(line, *read.solver.accuracy, probing);
+        show_meshes(line, arguments.scene, *read.solver.accuracy, probing);
         offers = accuracy_offers(read, probing, &chosen);
         line.clear();
         options.precision = offers->precision;
         read = std::move(chosen);
     }
-    Simulation simulation(std::move(read), options);
+    TimedScene timed(std::move(read), options);
+    const Simulation& simulation = timed.simulation();
     const Scene& scene = simulation.scene();
     const PlanDescription plan = simulation.describe();
     const SpringCounts unmerged = simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0);
@@ -295,6 +358,9 @@ void explain(const ExplainArguments& arguments) {
     const std::string parts = parts_line(simulation.lattice());
     if (!parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
+    }
+    if (const std::string coarse = coarse_mesh_line(scene, options); !coarse.empty()) {
+        fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, coarse);
     }
     const std::vector<EffectCost> costs = effect_costs(simulation, options);
     print_effects(simulation, costs);
@@ -339,10 +405,10 @@ void explain(const ExplainArguments& arguments) {
     if (scene.solver.method == SolverMethod::static_equilibrium) {
         explain_solver(simulation);
         if (offers) {
-            explain_accuracy(*offers);
+            explain_accuracy(*offers, simulation.lattice().cells());
         }
     } else {
-        explain_time(simulation);
+        explain_time(timed);
     }
     if (json) {
         write_explanation(simulation, costs, json->stream());

@@ -169,7 +169,7 @@ void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
     }
     AccuracyOptions options{arguments.plan.options(), !arguments.plan.names_precision(), {}, {}};
     ProgressLine line(stderr);
-    show_meshes(line, *scene.solver.accuracy, options);
+    show_meshes(line, arguments.scene, *scene.solver.accuracy, options);
     const AccurateSolution solution = solve_to_accuracy(scene, options);
     line.clear();
     std::optional<Results> results = open_results(arguments, solution.simulation, "");
@@ -208,13 +208,9 @@ void run_scene(const RunArguments& arguments) {
     ProgressLine line(stderr);
     RunCallbacks callbacks;
     std::string not_finite; ///< the result that was
+    callbacks.estimate = [&](double seconds) { line.expect(arguments.scene, seconds); };
     if (line.visible()) {
-        constexpr double kLong = 3;
-        const double expected = simulation.estimated_seconds();
-        callbacks.progress = [&line, before = expected > kLong ? fmt::format("about {:.2g} s: ", expected)
-                                                               : std::string()](const Progress& progress) {
-            line.show(progress, before);
-        };
+        callbacks.progress = [&line](const Progress& progress) { line.show(progress); };
     }
     if (results) {
         callbacks.output = [&] {

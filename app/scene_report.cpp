@@ -101,7 +101,8 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
     }
     if (s.accuracy) {
         const AccuracyReport& a = *s.accuracy;
-        row("estimated error", fmt::format("{:.2g} ({}; wanted {:g})", a.error_estimate, a.quantity, a.wanted));
+        row("estimated error", fmt::format("{:.2g} ({}; wanted {:g})", a.error_estimate,
+                                           a.quantity.empty() ? "the tolerance's" : a.quantity, a.wanted));
         for (const AccuracyMesh& mesh : a.meshes) {
             row("  mesh",
                 fmt::format("{} x {} x {} cells, {:.3g} s{}", mesh.cells[0], mesh.cells[1], mesh.cells[2], mesh.seconds,

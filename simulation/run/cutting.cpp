@@ -291,14 +291,13 @@ std::span<const Vector3> Simulation::rest_positions() const {
     return implementation_->rest;
 }
 
-std::vector<std::array<std::uint32_t, 8>> Simulation::cell_nodes() const {
-    const Implementation& body = *implementation_;
-    if (body.cells.empty()) {
-        return cell_corners(body.lattice);
+std::vector<std::array<std::uint32_t, 8>> Simulation::Implementation::cell_nodes() const {
+    if (cells.empty()) {
+        return cell_corners(lattice);
     }
     std::vector<std::array<std::uint32_t, 8>> present;
-    for (const BodyCell& cell : body.cells) {
-        if (body.lattice.cell_scales()[cell.cell] > 0) {
+    for (const BodyCell& cell : cells) {
+        if (lattice.cell_scales()[cell.cell] > 0) {
             present.push_back(cell.corners);
         }
     }

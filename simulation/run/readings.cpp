@@ -1,9 +1,11 @@
 #include "simulation/run/readings.hpp"
 
 #include "layouts/messages.hpp"
+#include "simulation/run/cutting.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace hybmss {
@@ -72,6 +74,41 @@ ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, 
         reading.max_displacement = std::max(reading.max_displacement, std::hypot(u[0], u[1], u[2]));
     }
     return reading;
+}
+
+double excess_stiffness(const Lattice& lattice, const Material& material,
+                        std::span<const std::array<std::uint32_t, 8>> cells, std::span<const Vector3> displacements,
+                        double epsilon) {
+    constexpr double kMost = 20000, kGolden = 0.6180339887498949; // of cells spread by it none stand in rows
+    std::vector<double> scales;                                   // of the cells that there are, in their order
+    for (const float scale : lattice.cell_scales()) {
+        if (scale > 0) {
+            scales.push_back(static_cast<double>(scale));
+        }
+    }
+    const double h = lattice.cell_size(), count = static_cast<double>(cells.size()), looks = std::min(count, kMost);
+    double whole = 0, mean = 0, greatest = 0, volume = 0; // J, J, m, m^3
+    for (double look = 0; look < looks; ++look) {
+        const double place = looks < count ? count * (kGolden * look - std::floor(kGolden * look)) : look;
+        const std::size_t c = std::min(static_cast<std::size_t>(place), cells.size() - 1);
+        std::array<Vector3, 8> u{}, affine{};
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            u[corner] = displacements[cells[c][corner]];
+            greatest = std::max(greatest, std::hypot(u[corner][0], u[corner][1], u[corner][2]));
+            for (std::size_t other = 0; other < 8; ++other) {
+                // (1 + s.s) / 8, s = -1, +1 at the low and the high sides: mean and mean gradient of the corners.
+                const double weight = (4 - 2 * static_cast<double>(std::popcount(corner ^ other))) / 8;
+                for (std::size_t a = 0; a < 3; ++a) {
+                    affine[other][a] += weight * displacements[cells[c][corner]][a];
+                }
+            }
+        }
+        whole += cell_energy(material, h, scales[c], u);
+        mean += cell_energy(material, h, scales[c], affine);
+        volume += scales[c] * h * h * h;
+    }
+    const double strain = 64 * epsilon * greatest / h, excess = 2.0 / 3 * (whole - mean);
+    return whole > material.young_modulus * strain * strain * volume && excess > 0 ? excess / (whole - excess) : 0;
 }
 
 std::span<const double> Simulation::Implementation::masses() const {
@@ -210,6 +247,21 @@ std::vector<std::string> Simulation::Implementation::warnings(std::span<const Na
 std::vector<Vector3> Simulation::Implementation::reactions() const {
     const std::vector<Vector3> internal = forces_of(dynamics);
     return support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
+}
+
+std::string Simulation::Implementation::coarseness() const {
+    // Not where an accuracy was asked for, whose error is told by other meshes; nor of a body that nothing holds: what
+    // bends it is its own waves after an impact, and nothing is read of those.
+    constexpr double kMuch = 0.1;
+    if (scene.solver.accuracy || (scene.fixes.empty() && scene.moves.empty())) {
+        return "";
+    }
+    const double epsilon = options.precision == Precision::float32 ? 0x1p-23 : 0x1p-52;
+    const double excess = excess_stiffness(lattice, scene.material, cell_nodes(), displacements_of(dynamics), epsilon);
+    return excess > kMuch ? printed("the mesh is coarse: its cells are bent or twisted, which makes the body some "
+                                    "%.2g %% too stiff; cells of half the size make that a quarter",
+                                    100 * excess)
+                          : "";
 }
 
 std::vector<ProbeReading> Simulation::Implementation::read_probes() const {

@@ -18,6 +18,9 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
+std::vector<std::array<std::uint32_t, 8>> Simulation::cell_nodes() const {
+    return implementation_->cell_nodes();
+}
 const Scene& Simulation::scene() const {
     return implementation_->scene;
 }
@@ -128,6 +131,9 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
     std::string failure;
     bool interrupted = false;
     if (body.is_static()) {
+        if (callbacks.estimate) {
+            callbacks.estimate(body.estimated_seconds());
+        }
         write();
         failure = body.solve(callbacks);
         write();
@@ -170,15 +176,34 @@ std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::fu
         body.outputs = 1;
         body.written = body.steps;
     }
+    constexpr double kSoon = 1; // s
+    const long first = body.steps;
+    bool told = !callbacks.estimate;
+    const auto tell = [&, begin = elapsed()] {
+        if (const double seconds = elapsed() - begin; !told && seconds >= kSoon) {
+            callbacks.estimate(seconds / static_cast<double>(body.steps - first) * static_cast<double>(total - first));
+            told = true;
+        }
+    };
     while (body.steps < total) {
         const long next_output =
             body.scene.output.every
                 ? std::max(steps_until(static_cast<double>(body.outputs) * *body.scene.output.every), body.steps + 1)
                 : total;
-        failure = body.step(std::min({total, next_output, body.steps + between_checks}) - body.steps);
+        const long check = std::min({total, next_output, body.steps + between_checks});
+        if (!told && body.steps == first) {
+            failure = body.step(1);
+            if (failure.empty()) {
+                tell();
+            }
+        }
+        if (failure.empty()) {
+            failure = body.step(check - body.steps);
+        }
         if (!failure.empty()) {
             break;
         }
+        tell();
         const Energies energies = body.energies();
         failure = body.blow_up(energies);
         if (!failure.empty()) {
@@ -236,6 +261,9 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     }
     summary.probes = read_probes();
     summary.warnings = warnings(summary.obstacles);
+    if (const std::string coarse = summary.failure.empty() ? coarseness() : ""; !coarse.empty()) {
+        summary.warnings.push_back(coarse);
+    }
     if (meter) {
         summary.balance = meter->balance();
     }

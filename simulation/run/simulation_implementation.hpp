@@ -81,6 +81,8 @@ struct Simulation::Implementation {
     /// The step in time after which nothing is led any more.
     long last_step_of_motion() const;
     double body_volume() const;
+    /// Of the cells that there are now.
+    std::vector<std::array<std::uint32_t, 8>> cell_nodes() const;
 
     /// action(dynamics) where they are explicit.
     template <class Action>
@@ -155,6 +157,8 @@ private:
     /// Throws SceneError where the body lies deep in an obstacle already.
     void check_start() const;
     std::vector<std::string> warnings(std::span<const NamedObstacleReading> readings) const;
+    /// A line where the mesh is coarse for how the body is bent now, or "".
+    std::string coarseness() const;
     EquilibriumOptions equilibrium_options() const;
     void add_work(const EquilibriumResult& result);
     void list_cells();

@@ -92,6 +92,62 @@ TEST(Explain, tells_what_each_effect_takes) {
     EXPECT_TRUE(holds(still.output, "mass damping         static: nothing moves")) << still.output;
 }
 
+std::string replaced(std::string text, const std::string& part, const std::string& other) {
+    const std::size_t at = text.find(part);
+    EXPECT_NE(at, std::string::npos) << part;
+    return text.replace(at, part.size(), other);
+}
+
+// A run of ten steps that finds no eighteenth: steps are timed within the run alone.
+TEST(Explain, times_no_step_beyond_the_run) {
+    test::TemporaryDirectory directory;
+    std::string scene =
+        test::small_scene("method = \"symplectic-euler\"", "method = \"backward-euler\"\ntime_step = 0.1");
+    for (const auto& [part, other] : {std::pair{"[2, 3, 4]", "[4, 4, 4]"},
+                                      {"poisson_ratio = 0.3", "poisson_ratio = 0"},
+                                      {"[0, -0.1, 0]", "[0, -0.4, 0]"},
+                                      {"mass = 3", "mass = 0"},
+                                      {"duration = 30", "duration = 1"},
+                                      {"tolerance = 1e-4", ""}}) {
+        scene = replaced(scene, part, other);
+    }
+    test::write_text(directory.path() / "s.toml", scene);
+    EXPECT_EQ(test::run_program("run s.toml", directory.path()).exit_code, 0);
+    const test::ProgramResult result = test::run_program("explain s.toml", directory.path());
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_TRUE(holds(result.output, "measured now")) << result.output;
+}
+
+// By the equilibrium, as a run in time would come to it.
+TEST(Explain, warns_of_a_coarse_mesh) {
+    test::TemporaryDirectory directory;
+    const std::string bent =
+        replaced(replaced(test::small_scene(), "[2, 3, 4]", "[2, 20, 2]"), "[0, -0.1, 0]", "[1, 0, 0]");
+    test::write_text(directory.path() / "s.toml", bent);
+    const test::ProgramResult result = test::run_program("explain s.toml", directory.path());
+    EXPECT_EQ(result.errors.find("hybmss: warning: s.toml: the mesh is coarse: its cells are bent or twisted"), 0u)
+        << result.errors;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    test::write_text(directory.path() / "s.toml", replaced(bent, "[2, 20, 2]", "[6, 60, 6]"));
+    EXPECT_EQ(test::run_program("explain s.toml", directory.path()).errors, "");
+}
+
+// What cannot be timed is told of, and the rest all the same.
+TEST(Explain, tells_of_a_run_that_fails_at_once) {
+    test::TemporaryDirectory directory;
+    for (const char* method : {"symplectic-euler", "backward-euler"}) {
+        const std::string scene =
+            test::small_scene("method = \"symplectic-euler\"", "method = \"" + std::string(method) + "\"");
+        test::write_text(directory.path() / "s.toml",
+                         replaced(replaced(scene, "over = 1", "over = 0"), "[0, -0.1, 0]", "[0, -1e9, 0]"));
+        const test::ProgramResult result = test::run_program("explain s.toml --json e.json", directory.path());
+        EXPECT_EQ(result.exit_code, 0) << result.errors;
+        EXPECT_TRUE(holds(result.output, "estimated cost       cannot be measured: ")) << result.output;
+        EXPECT_FALSE(holds(result.output, "nan") || holds(result.output, "inf ")) << result.output;
+        EXPECT_TRUE(std::filesystem::exists(directory.path() / "e.json"));
+    }
+}
+
 TEST(Program, version_and_help) {
     test::TemporaryDirectory directory;
     const test::ProgramResult version = test::run_program("--version", directory.path());

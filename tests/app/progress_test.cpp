@@ -2,6 +2,7 @@
 
 #include "tests/program.hpp"
 
+#include <algorithm>
 #include <pty.h>
 
 namespace hybmss {
@@ -66,6 +67,23 @@ TEST(Progress, wishes_for_an_accuracy_tell_mesh_and_solve) {
         EXPECT_NE(text.find("accuracy = 0.1: 8 x 8 x 8 cells, about "), std::string::npos) << text;
     }
     EXPECT_EQ(test::run_program("explain s.toml", directory.path()).errors, "");
+}
+
+TEST(Progress, long_runs_tell_what_they_take_where_there_is_no_terminal) {
+    test::TemporaryDirectory directory;
+    const auto errors_of = [&](const std::string& duration, const std::string& method) {
+        std::string scene = test::small_scene("duration = 30", "duration = " + duration);
+        scene.replace(scene.find("symplectic-euler"), 16, method).replace(scene.find("tolerance = 1e-4"), 16, "");
+        test::write_text(directory.path() / "s.toml", scene);
+        return test::run_program("5 '" HYBMSS_APP "' run s.toml", directory.path(), "timeout").errors;
+    };
+    for (const char* method : {"symplectic-euler", "backward-euler"}) {
+        const std::string text = errors_of("1e11", method);
+        EXPECT_EQ(text.find("hybmss: s.toml: it may take about "), 0u) << text;
+        EXPECT_NE(text.find(" days\n"), std::string::npos) << text;
+        EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    }
+    EXPECT_EQ(errors_of("1", "symplectic-euler"), "");
 }
 
 TEST(Progress, explain_estimates_what_a_static_solve_takes) {

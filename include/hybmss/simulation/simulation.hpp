@@ -103,6 +103,10 @@ struct Progress {
 /// What a run calls back; each may be empty.
 struct RunCallbacks {
     std::function<void(const Progress&)> progress; ///< at every check of the state, or iteration of a static solve
+    /// Once, near the start: how long all of it may take, s. A static solve tells before it begins, by
+    /// Simulation::estimated_seconds(); in time it is told by what the steps took, after a second or, where one takes
+    /// longer, the first.
+    std::function<void(double seconds)> estimate;
     std::function<void()> output; ///< at time 0, then every `output.every`, and at the end; static: start and end
     /// At every check of the state that the run goes on from, after the output there: the moment to call
     /// write_checkpoint(). false ends the run, which a checkpoint from there continues. Not called by static solves.
