@@ -148,21 +148,35 @@ double seconds_a_step(TimedScene& timed) {
 }
 
 /// What a run would say of the mesh, told by the equilibrium under all that holds and loads the body, where that is
-/// found within a second or so; else "".
-std::string coarse_mesh_line(Scene scene, const SimulationOptions& options) {
+/// found within a second or so, as it is on coarse meshes; else "".
+std::string coarse_mesh_line(const Simulation& simulation, const SimulationOptions& options) {
+    constexpr std::size_t kCoarse = 30000;
+    constexpr double kQuick = 1, kPatience = 3; // s, expected and at most
+    if (simulation.lattice().cell_count() > kCoarse) {
+        return "";
+    }
+    Scene scene = simulation.scene();
     if (scene.solver.accuracy || (scene.fixes.empty() && scene.moves.empty())) {
         return "";
     }
     scene.solver.method = SolverMethod::static_equilibrium;
     scene.solver.tolerance = 1e-3;
+    scene.starts.clear();
     scene.obstacles.clear();
     scene.cuts.clear();
+    scene.probes.clear(); // which have warnings of their own
     scene.output.energy_balance = false;
     try {
-        Simulation simulation(std::move(scene), options);
-        const Summary summary = simulation.estimated_seconds() < 1 ? simulation.run() : Summary{};
+        Simulation still(std::move(scene), options);
+        RunCallbacks callbacks;
+        callbacks.progress = [](const Progress& progress) {
+            if (progress.wall_seconds > kPatience) {
+                throw std::runtime_error("it takes too long");
+            }
+        };
+        const Summary summary = still.estimated_seconds() < kQuick ? still.run(callbacks) : Summary{};
         return summary.warnings.empty() ? "" : summary.warnings.front();
-    } catch (const std::exception&) { // what is wrong with it, the run will say
+    } catch (const std::exception&) { // what is wrong with the scene, the run will say
         return "";
     }
 }
@@ -359,7 +373,7 @@ void explain(const ExplainArguments& arguments) {
     if (!parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
     }
-    if (const std::string coarse = coarse_mesh_line(scene, options); !coarse.empty()) {
+    if (const std::string coarse = coarse_mesh_line(simulation, options); !coarse.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, coarse);
     }
     const std::vector<EffectCost> costs = effect_costs(simulation, options);
