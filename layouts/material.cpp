@@ -62,6 +62,18 @@ SpringConstants spring_constants(const Material& m, double cell_size) {
     return {.edge = scale * (8.0 + 3.0 * ratio), .face_diagonal = 3.0 * scale * ratio, .cube_diagonal = 3.0 * scale};
 }
 
+// Twisted plates of any thickness are exact where 3 alpha + beta = 4. A square bar of 2 x 2 cells, whose nodes do not
+// warp, has J = I (3 + alpha)/4, and should have Saint-Venant's.
+PatternConstants pattern_constants(const Material& m, double cell_size) {
+    constexpr double kTorsionOfTheSquare = 0.14057701495515552; // J / a^4; I / a^4 = 1/6
+    constexpr double kAlpha = 4 * 6 * kTorsionOfTheSquare - 3;
+    const double nu = m.poisson_ratio, unit = 4.0 / 3.0 * cell_size, shear = unit * shear_modulus(m);
+    return {.bending = unit * m.young_modulus / (1 - nu * nu),
+            .coupling = nu,
+            .twist = shear * kAlpha,
+            .joint_twist = shear * (4 - 3 * kAlpha)};
+}
+
 VolumeEnergy resolved_volume_energy(const Material& m) {
     const double kappa = volume_modulus(m);
     if (kappa == 0.0) {

@@ -70,8 +70,8 @@ VolumeEnergy resolve_volume_energy(const Material& material) {
 
 // Each cell of scale s adds s k_e/4 to its 12 edges, s k_f/2 to its 12 face diagonals and s k_c to its 4 cube diagonals
 // (section 5.4), and rho h^3/8 to the mass of its 8 corners.
-// On means: whole springs k_e, k_f, k_c to each cell, times s.
-Body assemble(const Lattice& lattice, const Material& material, SpringForm form) {
+// On means: whole springs k_e, k_f to each cell, times s; cube diagonals join its corners as ever.
+Body assemble(const Lattice& lattice, const Material& material) {
     const double h = lattice.cell_size();
     const double ratio = material.face_diagonal_ratio;
     const double modulus = shear_modulus(material.young_modulus, material.poisson_ratio);
@@ -102,18 +102,18 @@ Body assemble(const Lattice& lattice, const Material& material, SpringForm form)
             nodes[c] = number[corners[c]];
             body.mass[static_cast<std::size_t>(nodes[c])] += material.density * h * h * h / 8;
         }
-        if (form == SpringForm::means) {
-            body.mean_springs.push_back(
-                {nodes,
-                 h,
-                 {scale * 4 * share[1], scale * 2 * share[2], scale * share[3]},
-                 {scale * hourglass.bending, scale * hourglass.coupling, scale * hourglass.twisting,
-                  scale * hourglass.twist_sum, scale * hourglass.fourth}});
+        const bool means = material.springs == SpringForm::means;
+        if (means) {
+            body.mean_springs.push_back({nodes,
+                                         h,
+                                         {scale * 4 * share[1], scale * 2 * share[2]},
+                                         {scale * hourglass.bending, scale * hourglass.coupling,
+                                          scale * hourglass.twisting, scale * hourglass.twist_sum}});
         }
-        for (unsigned low = 0; low < 8 && form == SpringForm::nodes; ++low) {
+        for (unsigned low = 0; low < 8; ++low) {
             for (unsigned high = low + 1; high < 8; ++high) {
                 const double stiffness = share[std::popcount(low ^ high)] * scale;
-                if (stiffness == 0) {
+                if (stiffness == 0 || (means && std::popcount(low ^ high) < 3)) {
                     continue;
                 }
                 const auto axis = [&](unsigned bit) {

@@ -31,25 +31,19 @@ struct Cell {
     double kappa;        ///< Pa
 };
 
-/// All springs of a cube of HybMSS-M: on its mean edges a, b, c, and what holds the patterns that these do not see.
+/// The springs of a cube of HybMSS-M on its mean edges a, b, c, and what holds the patterns that these do not see.
 struct MeanSprings {
     std::array<int, 8> nodes;
     double cell_size;                ///< m
-    std::array<double, 3> stiffness; ///< N/m, of an edge, a face diagonal, a cube diagonal; whole ones, not shares
+    std::array<double, 2> stiffness; ///< N/m, of an edge and a face diagonal; whole ones, not shares
     HourglassStiffness hourglass;
-};
-
-/// Where the springs of a lattice act. Energies of homogeneous deformations are the same.
-enum class SpringForm {
-    nodes, ///< between nodes: HybMSS
-    means  ///< on the mean edges of each cell: HybMSS-M
 };
 
 struct Body {
     std::vector<Vector3d> rest; ///< rest positions X, m
     std::vector<double> mass;   ///< kg, one a node
     std::vector<Spring> springs;
-    std::vector<MeanSprings> mean_springs; ///< of SpringForm::means, which has no others
+    std::vector<MeanSprings> mean_springs; ///< of SpringForm::means; its cube diagonals are springs
     std::vector<Cell> cells;               ///< those with a volume energy; empty where volume_energy is `none`
     VolumeEnergy volume_energy = VolumeEnergy::none; ///< never `automatic`
     SpringStiffening stiffening = {};                ///< of all springs
@@ -60,7 +54,7 @@ VolumeEnergy resolve_volume_energy(const Material& material);
 
 /// The lattice cell by cell, each adding its share to its springs and nodes. Nodes are numbered as in Lattice::nodes();
 /// springs are sorted by (a, b) with a < b; cells are in index order. The arguments must be valid.
-Body assemble(const Lattice& lattice, const Material& material, SpringForm form = SpringForm::nodes);
+Body assemble(const Lattice& lattice, const Material& material);
 
 /// The network as it stands: nodes, springs and cells in the same order. It must be valid.
 Body assemble(const Network& network);

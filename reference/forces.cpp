@@ -125,6 +125,13 @@ std::vector<Vector3d> damping_forces(const Body& body, double stiffness_damping,
         f[index(s.a)] += on_a;
         f[index(s.b)] -= on_a;
     }
+    for (const MeanSprings& cell : body.mean_springs) {
+        const Corners on_corners =
+            mean_spring_damping_forces(cell, stiffness_damping, gather(cell, u), gather(cell, v));
+        for (std::size_t c = 0; c < 8; ++c) {
+            f[index(cell.nodes[c])] += on_corners[c];
+        }
+    }
     return f;
 }
 

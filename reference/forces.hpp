@@ -24,8 +24,8 @@ Energy energy(const Body& body, std::span<const Vector3d> u);
 /// Internal forces -dW/du, N, one a node.
 std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u);
 
-/// Forces, N, of dashpots of `stiffness_damping` (s) times the stiffness of the springs between nodes beside them, at
-/// the velocities v (m/s).
+/// Forces, N, of dashpots of `stiffness_damping` (s) times the springs' stiffness beside them, at the velocities v
+/// (m/s).
 std::vector<Vector3d> damping_forces(const Body& body, double stiffness_damping, std::span<const Vector3d> u,
                                      std::span<const Vector3d> v);
 

@@ -15,8 +15,8 @@ namespace hybmss::reference {
 /// are then the same numbers, and a wave's phase is its wave vector times the cell edge.
 class HomogeneousLattice {
 public:
-    /// The material must be valid. The form matters to waves alone, and to long ones not.
-    HomogeneousLattice(const Material& material, const Matrix3d& deformation, SpringForm form = SpringForm::nodes);
+    /// The material must be valid. Where its springs act matters to waves alone, and to long ones not.
+    HomogeneousLattice(const Material& material, const Matrix3d& deformation);
 
     /// W, J per m^3 of the undeformed body.
     double energy_density() const;

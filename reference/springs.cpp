@@ -135,31 +135,37 @@ Matrix3d mean_edges_at(const MeanSprings& cell, const Corners& u) {
     return cell.cell_size * Matrix3d::Identity() + mean_edges(u);
 }
 
+/// Of a corner in a, b, c.
+Vector3d edge_weights(std::size_t corner) {
+    return Vector3d(side(corner, 0), side(corner, 1), side(corner, 2)) / 4;
+}
+
 /// visit(k, r, weights): a spring k on d = sum over corners of weight x, r at rest.
 template <class Visit>
 void for_each_spring(const MeanSprings& cell, const Visit& visit) {
     for (const Vector3d& r : spring_vectors()) {
-        const double k = cell.stiffness[static_cast<std::size_t>(std::lround(r.squaredNorm())) - 1];
+        const auto axes = static_cast<std::size_t>(std::lround(r.squaredNorm()));
+        const double k = axes < 3 ? cell.stiffness[axes - 1] : 0;
         if (k == 0) {
             continue;
         }
         Vector8d weights;
         for (std::size_t c = 0; c < 8; ++c) {
-            weights[static_cast<Eigen::Index>(c)] = r.dot(Vector3d(side(c, 0), side(c, 1), side(c, 2))) / 4;
+            weights[static_cast<Eigen::Index>(c)] = r.dot(edge_weights(c));
         }
         visit(k, r, weights);
     }
 }
 
-/// s_y s_z / 8, s_x s_z / 8, s_x s_y / 8, s_x s_y s_z / 8 of a corner.
-Eigen::Vector4d pattern_weights(std::size_t corner) {
+/// s_y s_z / 8, s_x s_z / 8, s_x s_y / 8 of a corner.
+Vector3d pattern_weights(std::size_t corner) {
     const double x = side(corner, 0), y = side(corner, 1), z = side(corner, 2);
-    return Eigen::Vector4d(y * z, x * z, x * y, x * y * z) / 8;
+    return Vector3d(y * z, x * z, x * y) / 8;
 }
 
-/// Columns g_1 to g_4, m. Displacements will do: the patterns are zero at rest.
-Eigen::Matrix<double, 3, 4> patterns(const Corners& u) {
-    Eigen::Matrix<double, 3, 4> g = Eigen::Matrix<double, 3, 4>::Zero();
+/// Columns g_1, g_2, g_3, m. Displacements will do: the patterns are zero at rest.
+Matrix3d patterns(const Corners& u) {
+    Matrix3d g = Matrix3d::Zero();
     for (std::size_t c = 0; c < 8; ++c) {
         g += (u[c] - u[0]) * pattern_weights(c).transpose(); // a common translation drops out before anything is summed
     }
@@ -168,7 +174,7 @@ Eigen::Matrix<double, 3, 4> patterns(const Corners& u) {
 
 /// P_ij = g_i . a_j / h
 Matrix3d products(const MeanSprings& cell, const Corners& u) {
-    return patterns(u).leftCols<3>().transpose() * mean_edges_at(cell, u) / cell.cell_size;
+    return patterns(u).transpose() * mean_edges_at(cell, u) / cell.cell_size;
 }
 
 /// dW_h/dP; linear in P, so of a change of P it gives its own.
@@ -207,11 +213,10 @@ Matrix3d tension_sizes(HourglassStiffness k, const Matrix3d& p) {
 
 } // namespace
 
-// W = sum over the springs of 1/2 k (|d| - l)^2 and what stiffening adds + 1/2 P:Q + 1/2 k_4 |g_4|^2
+// W = sum over the springs of 1/2 k (|d| - l)^2 and what stiffening adds + 1/2 P:Q
 double mean_spring_energy(const SpringStiffening& law, const MeanSprings& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u), p = products(cell, u);
-    double sum = p.cwiseProduct(tensions(cell.hourglass, p)).sum() / 2 +
-                 cell.hourglass.fourth * patterns(u).col(3).squaredNorm() / 2;
+    double sum = p.cwiseProduct(tensions(cell.hourglass, p)).sum() / 2;
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d&) {
         sum += spring_energy(k, cell.cell_size * r, change * r) +
                stiffening_energy(law, k, cell.cell_size * r, change * r);
@@ -219,19 +224,15 @@ double mean_spring_energy(const SpringStiffening& law, const MeanSprings& cell, 
     return sum;
 }
 
-// f_c = - sum over the springs of weight dW/dd - sum Q_ij dP_ij/dx_c - k_4 weight_4 g_4,
+// f_c = - sum over the springs of weight dW/dd - sum Q_ij dP_ij/dx_c,
 // dP_ij/dx_c = (weight of c in g_i) a_j / h + (weight of c in a_j) g_i / h
 Corners mean_spring_forces(const SpringStiffening& law, const MeanSprings& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u), edges = mean_edges_at(cell, u);
     const Matrix3d q = tensions(cell.hourglass, products(cell, u)) / cell.cell_size;
-    const auto g = patterns(u);
-    const Matrix3d on_patterns = edges * q.transpose(), on_edges = g.leftCols<3>() * q; // dW_h/dg_i, dW_h/da_j
+    const Matrix3d on_patterns = edges * q.transpose(), on_edges = patterns(u) * q; // dW_h/dg_i, dW_h/da_j
     Corners forces;
     for (std::size_t c = 0; c < 8; ++c) {
-        const Eigen::Vector4d weights = pattern_weights(c);
-        const Vector3d edge_weights = Vector3d(side(c, 0), side(c, 1), side(c, 2)) / 4;
-        forces[c] =
-            -on_patterns * weights.head<3>() - on_edges * edge_weights - cell.hourglass.fourth * weights[3] * g.col(3);
+        forces[c] = -on_patterns * pattern_weights(c) - on_edges * edge_weights(c);
     }
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
         const Vector3d tension =
@@ -243,12 +244,31 @@ Corners mean_spring_forces(const SpringStiffening& law, const MeanSprings& cell,
     return forces;
 }
 
+// The springs' dashpots, and of the patterns what Q changes by as P does.
+Corners mean_spring_damping_forces(const MeanSprings& cell, double stiffness_damping, const Corners& u,
+                                   const Corners& v) {
+    const Matrix3d change = mean_edges(u), rate = mean_edges(v), edges = mean_edges_at(cell, u), g = patterns(u);
+    const Matrix3d p_rate = (patterns(v).transpose() * edges + g.transpose() * rate) / cell.cell_size;
+    const Matrix3d q = stiffness_damping * tensions(cell.hourglass, p_rate) / cell.cell_size;
+    Corners forces;
+    for (std::size_t c = 0; c < 8; ++c) {
+        forces[c] = -edges * q.transpose() * pattern_weights(c) - g * q * edge_weights(c);
+    }
+    for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
+        const Vector3d tension = dashpot_force(stiffness_damping * k, cell.cell_size * r, change * r, rate * r);
+        for (std::size_t c = 0; c < 8; ++c) {
+            forces[c] -= weights[static_cast<Eigen::Index>(c)] * tension;
+        }
+    });
+    return forces;
+}
+
 // sum over the springs of weight_c weight_d d^2 W/dd^2 + sum (dP_ij/dx_c) (dQ_ij/dP_kl) (dP_kl/dx_d)^T
-//   + sum Q_ij d^2 P_ij/dx_c dx_d + k_4 weight_4c weight_4d I
+//   + sum Q_ij d^2 P_ij/dx_c dx_d
 Matrix24d mean_spring_hessian(const SpringStiffening& law, const MeanSprings& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u), edges = mean_edges_at(cell, u);
     const Matrix3d q = tensions(cell.hourglass, products(cell, u));
-    const auto g = patterns(u);
+    const Matrix3d g = patterns(u);
     Matrix24d hessian = Matrix24d::Zero();
     const auto add = [&](const Matrix8d& weights, const Matrix3d& block) {
         for (std::size_t c = 0; c < 8; ++c) {
@@ -262,13 +282,11 @@ Matrix24d mean_spring_hessian(const SpringStiffening& law, const MeanSprings& ce
                                                stiffening_hessian(law, k, cell.cell_size * r, change * r));
     });
 
-    Eigen::Matrix<double, 8, 4> of_patterns;
-    Eigen::Matrix<double, 8, 3> of_edges;
+    Eigen::Matrix<double, 8, 3> of_patterns, of_edges;
     for (std::size_t c = 0; c < 8; ++c) {
         of_patterns.row(static_cast<Eigen::Index>(c)) = pattern_weights(c);
-        of_edges.row(static_cast<Eigen::Index>(c)) = Vector3d(side(c, 0), side(c, 1), side(c, 2)) / 4;
+        of_edges.row(static_cast<Eigen::Index>(c)) = edge_weights(c);
     }
-    add(cell.hourglass.fourth * of_patterns.col(3) * of_patterns.col(3).transpose(), Matrix3d::Identity());
     std::array<std::array<Vector24d, 3>, 3> slope; // dP_ij/dx
     for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {
@@ -305,7 +323,7 @@ double mean_spring_force_scale(const SpringStiffening& law, const MeanSprings& c
     const Sizes of = sizes_of(mean_edges_at(cell, u), u);
     const double h = cell.cell_size;
     const Matrix3d tension = tension_sizes(cell.hourglass, of.pattern * of.edge.transpose() / h);
-    double sum = force_size(tension, of.pattern, of.edge) / h + cell.hourglass.fourth * of.pattern.minCoeff() / 8;
+    double sum = force_size(tension, of.pattern, of.edge) / h;
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
         sum += weights.maxCoeff() * stiffening_scale(law, h * r, change * r) *
                spring_force_scale(k, h * r, change * r, size * r.cwiseAbs());
@@ -321,8 +339,7 @@ double mean_spring_product_scale(const SpringStiffening& law, const MeanSprings&
     const Matrix3d tension = tension_sizes(cell.hourglass, of.pattern * of.edge.transpose() / h);
     const Matrix3d change =
         tension_sizes(cell.hourglass, (by.pattern * of.edge.transpose() + of.pattern * by.edge.transpose()) / h);
-    double sum = (force_size(tension, by.pattern, by.edge) + force_size(change, of.pattern, of.edge)) / h +
-                 cell.hourglass.fourth * by.pattern.minCoeff() / 8;
+    double sum = (force_size(tension, by.pattern, by.edge) + force_size(change, of.pattern, of.edge)) / h;
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
         sum += weights.maxCoeff() * stiffening_scale(law, h * r, deformed * r) *
                spring_product_scale(k, h * r, deformed * r, size * r.cwiseAbs(), size_of_p * r.cwiseAbs());

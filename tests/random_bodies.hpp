@@ -95,10 +95,15 @@ inline std::vector<Material> materials() {
     return all;
 }
 
-inline constexpr reference::SpringForm kSpringForms[] = {reference::SpringForm::nodes, reference::SpringForm::means};
+inline constexpr SpringForm kSpringForms[] = {SpringForm::nodes, SpringForm::means};
 
-inline std::string describe(reference::SpringForm form) {
-    return form == reference::SpringForm::nodes ? "springs between nodes, " : "springs on means, ";
+inline Material with_springs_on(SpringForm form, Material material) {
+    material.springs = form;
+    return material;
+}
+
+inline std::string describe(SpringForm form) {
+    return form == SpringForm::nodes ? "springs between nodes, " : "springs on means, ";
 }
 
 inline std::string describe(const Material& m) {

@@ -15,6 +15,13 @@ enum class VolumeEnergy {
     none          ///< springs only (the paper's HybMSS-CF)
 };
 
+/// What the springs of a lattice's cells join.
+enum class SpringForm {
+    nodes, ///< corners: every spring of the paper, a network
+    means  ///< edges and face diagonals: the cell's mean vectors a, b, c and their sums; cube diagonals: corners. An
+           ///< energy of their own holds the patterns that means do not see (HybMSS-M)
+};
+
 /// How springs stiffen as they are stretched or pressed: with the strain e = |d|/l - 1 a spring of stiffness k stores
 ///
 ///     k l^2 (e^2/2 + quadratic e^3/3 + cubic e^4/4),  force k l (e + quadratic e^2 + cubic e^3),
@@ -50,6 +57,7 @@ struct Material {
     double face_diagonal_ratio = 1.0; ///< A = k_f / k_c >= 0, <= 1e6; 0 leaves the face diagonals out (HybMSS-FD)
     VolumeEnergy volume_energy = VolumeEnergy::automatic;
     SpringStiffening stiffening = {}; ///< of all springs
+    SpringForm springs = SpringForm::nodes;
     bool operator==(const Material&) const = default;
 };
 
@@ -58,6 +66,22 @@ struct SpringConstants {
     double edge;          ///< k_e; one cell's share is k_e / 4
     double face_diagonal; ///< k_f; one cell's share is k_f / 2
     double cube_diagonal; ///< k_c
+};
+
+/// What holds a cell with springs on means against bending and twist, N/m. With the patterns of its corners' positions
+///
+///     g_1 = 1/8 sum s_y s_z x,  g_2 = 1/8 sum s_x s_z x,  g_3 = 1/8 sum s_x s_y x,   s = -1 on a low side, +1 on a
+///     high
+///
+/// that are zero at rest and in every homogeneous deformation, and p_ia = g_i . a / h, ... the cell stores
+///
+///     1/2 bending sum over (p_3a, p_1c), (p_3b, p_2c), (p_2a, p_1b) of (p^2 + q^2 + 2 coupling p q)
+///     + 1/2 twist (p_1a^2 + p_2b^2 + p_3c^2) + 1/2 joint_twist (p_1a + p_2b + p_3c)^2
+struct PatternConstants {
+    double bending;     ///< 4/3 E h / (1 - nu^2): bars and plates of any thickness bend as they should
+    double coupling;    ///< nu
+    double twist;       ///< 4/3 G h alpha: a bar of 2 x 2 cells twists as it should
+    double joint_twist; ///< 4/3 G h (4 - 3 alpha): so do plates of any thickness
 };
 
 /// Throws std::invalid_argument that names the value and its allowed range.
@@ -71,6 +95,8 @@ HYBMSS_EXPORT double volume_modulus(const Material& material);
 
 /// (5.12) for cells of the edge `cell_size` in m.
 HYBMSS_EXPORT SpringConstants spring_constants(const Material& material, double cell_size);
+
+HYBMSS_EXPORT PatternConstants pattern_constants(const Material& material, double cell_size);
 
 /// What `automatic` means for this material: quadratic, mean_stretch, or none where kappa is zero.
 HYBMSS_EXPORT VolumeEnergy resolved_volume_energy(const Material& material);

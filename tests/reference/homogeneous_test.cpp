@@ -71,7 +71,7 @@ TEST(HomogeneousDeformation, EnergyIsTheSumOfTheCellsEnergies) {
                 scales += static_cast<double>(s);
             }
             for (int n = 0; n < 6; ++n) {
-                const reference::Body body = reference::assemble(lattice, m, kSpringForms[n % 2]);
+                const reference::Body body = reference::assemble(lattice, with_springs_on(kSpringForms[n % 2], m));
                 const Matrix3d f = random_deformation(random);
                 const reference::Energy energy = reference::energy(body, affine_displacement(body, f, {5, -3, 2}));
                 const double springs = scales * cell_spring_energy(m, h, f);
@@ -89,9 +89,9 @@ TEST(HomogeneousDeformation, InteriorIsInEquilibrium) {
         SCOPED_TRACE("seed " + std::to_string(++seed) + ", " + describe(m));
         Random random(seed);
         const Lattice lattice = Lattice::box(4, 4, 3, 0.3);
-        for (const reference::SpringForm form : kSpringForms) {
+        for (const SpringForm form : kSpringForms) {
             SCOPED_TRACE(describe(form));
-            const reference::Body body = reference::assemble(lattice, m, form);
+            const reference::Body body = reference::assemble(lattice, with_springs_on(form, m));
             const std::vector<Vector3d> u = affine_displacement(body, random_deformation(random));
             const std::vector<Vector3d> f = reference::forces(body, u);
             const std::vector<double> scale = reference::force_scale(body, u);
@@ -160,11 +160,11 @@ TEST(HomogeneousLattice, WaveStiffnessIsARowOfTheHessian) {
     for (const Material& m : materials()) {
         SCOPED_TRACE("seed " + std::to_string(++seed) + ", " + describe(m));
         Random random(seed);
-        for (const reference::SpringForm form : kSpringForms) {
-            const reference::Body body = reference::assemble(Lattice::box(2, 2, 2, 1), m, form);
+        for (const SpringForm form : kSpringForms) {
+            const reference::Body body = reference::assemble(Lattice::box(2, 2, 2, 1), with_springs_on(form, m));
             const Matrix3d f = Matrix3d::Identity() + random.matrix(0.3);
             const auto hessian = reference::hessian(body, affine_displacement(body, f, Vector3d::Zero()));
-            const HomogeneousLattice lattice(m, f, form);
+            const HomogeneousLattice lattice(with_springs_on(form, m), f);
             const Eigen::Index middle = 13;
             for (int n = 0; n < 5; ++n) {
                 const Vector3d phase = random.vector(std::numbers::pi);
@@ -188,8 +188,8 @@ TEST(HomogeneousLattice, WaveStiffnessIsARowOfTheHessian) {
 TEST(HomogeneousLattice, LongWavesSeeTheAcousticTensor) {
     Random random(710);
     for (const Material& m : materials()) {
-        for (const reference::SpringForm form : kSpringForms) {
-            const HomogeneousLattice lattice(m, Matrix3d::Identity() + random.matrix(0.2), form);
+        for (const SpringForm form : kSpringForms) {
+            const HomogeneousLattice lattice(with_springs_on(form, m), Matrix3d::Identity() + random.matrix(0.2));
             const Vector3d n = random.direction();
             const Matrix3d limit = lattice.acoustic_tensor(n);
             // 1 - cos q leaves a relative error of q^2 r^2 / 12 with r^2 <= 3.

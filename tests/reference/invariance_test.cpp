@@ -29,11 +29,11 @@ template <class Check>
 void for_each_body(unsigned seed, Check check) {
     for (const Material& material : materials()) {
         ++seed;
-        for (const reference::SpringForm form : kSpringForms) {
+        for (const SpringForm form : kSpringForms) {
             SCOPED_TRACE("seed " + std::to_string(seed) + ", " + describe(form) + describe(material));
             Random random(seed);
             const Lattice lattice = random_lattice(3, 4, 2, kCellSize, random);
-            check(reference::assemble(lattice, material, form), random);
+            check(reference::assemble(lattice, with_springs_on(form, material)), random);
         }
     }
 }
@@ -121,9 +121,10 @@ TEST(Invariance, CoincidentNodesHaveFiniteForces) {
         EXPECT_TRUE(Eigen::MatrixXd(reference::hessian(body, u)).allFinite());
     };
     for (const Material& material : materials()) {
-        for (const reference::SpringForm form : kSpringForms) {
+        for (const SpringForm form : kSpringForms) {
             SCOPED_TRACE(describe(form) + describe(material));
-            const reference::Body body = reference::assemble(Lattice::box(2, 1, 1, kCellSize), material, form);
+            const reference::Body body =
+                reference::assemble(Lattice::box(2, 1, 1, kCellSize), with_springs_on(form, material));
             for (const reference::Spring& spring : body.springs) {
                 std::vector<Vector3d> u(body.rest.size(), Vector3d::Zero());
                 u[static_cast<std::size_t>(spring.b)] = -spring.rest_vector;
@@ -140,11 +141,11 @@ TEST(Invariance, CoincidentNodesHaveFiniteForces) {
 
 TEST(Invariance, PermutedAxesGivePermutedForces) {
     unsigned seed = 1000;
-    const auto check = [&](const Material& material, reference::SpringForm form) {
+    const auto check = [&](const Material& material, SpringForm form) {
         Random random(seed);
         const std::array<int, 3> size{3, 4, 2};
         const Lattice lattice = random_lattice(size[0], size[1], size[2], kCellSize, random);
-        const reference::Body body = reference::assemble(lattice, material, form);
+        const reference::Body body = reference::assemble(lattice, with_springs_on(form, material));
         const std::vector<Vector3d> u = random_displacement(body.rest.size(), 0.2 * kCellSize, random);
         const std::vector<Vector3d> f = reference::forces(body, u);
         const std::vector<double> scale = reference::force_scale(body, u);
@@ -165,7 +166,7 @@ TEST(Invariance, PermutedAxesGivePermutedForces) {
                     }
                 }
             }
-            const reference::Body other_body = reference::assemble(other, material, form);
+            const reference::Body other_body = reference::assemble(other, with_springs_on(form, material));
             ASSERT_EQ(other_body.rest.size(), body.rest.size());
             std::vector<std::size_t> image;
             std::vector<Vector3d> other_u(u.size());
@@ -183,7 +184,7 @@ TEST(Invariance, PermutedAxesGivePermutedForces) {
     };
     for (const Material& material : materials()) {
         ++seed;
-        for (const reference::SpringForm form : kSpringForms) {
+        for (const SpringForm form : kSpringForms) {
             SCOPED_TRACE("seed " + std::to_string(seed) + ", " + describe(form) + describe(material));
             check(material, form);
         }

@@ -18,8 +18,6 @@
 namespace hybmss::testing {
 namespace {
 
-using reference::SpringForm;
-
 constexpr double kNu[] = {-0.9, -0.5, 0, 0.25, 0.3, 0.45, 0.499};
 
 Material material(double poisson_ratio, double face_diagonal_ratio = 1) {
@@ -47,7 +45,7 @@ Eigen::VectorXd flat(const std::vector<Vector3d>& field) {
 template <class Strain>
 double section_energy(const Material& m, SpringForm form, int ny, int nz, bool plate, const Strain& strain) {
     const Lattice lattice = Lattice::box(1, ny, nz, 1);
-    const reference::Body body = reference::assemble(lattice, m, form);
+    const reference::Body body = reference::assemble(lattice, with_springs_on(form, m));
     std::vector<Vector3d> u(body.rest.size());
     Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(u.size()), 3 * (ny + 1) * (nz + 1));
     for (int k = 0; k <= nz; ++k) {
@@ -123,7 +121,7 @@ TEST(MeanSprings, TwistedPlatesAreExactAndBarsNearly) {
 double tip_deflection(double nu, int cells) {
     const Lattice lattice = Lattice::box(10 * cells, cells, cells, 1.0 / cells);
     const Material m = material(nu);
-    const reference::Body body = reference::assemble(lattice, m, SpringForm::means);
+    const reference::Body body = reference::assemble(lattice, with_springs_on(SpringForm::means, m));
     const std::size_t nodes = body.rest.size();
     Eigen::SparseMatrix<double> hessian = reference::hessian(body, std::vector<Vector3d>(nodes, Vector3d::Zero()));
     std::vector<Vector3d> load(nodes, Vector3d::Zero());
@@ -156,7 +154,7 @@ TEST(MeanSprings, NothingButRigidMotionsIsFreeAtRest) {
     for (const double nu : kNu) {
         for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, {2, 1, 1}, {5, 1, 1}, {2, 2, 1}, {2, 2, 2}, {3, 3, 1}}) {
             const reference::Body body =
-                reference::assemble(Lattice::box(nx, ny, nz, 0.5), material(nu), SpringForm::means);
+                reference::assemble(Lattice::box(nx, ny, nz, 0.5), with_springs_on(SpringForm::means, material(nu)));
             const Eigen::MatrixXd hessian =
                 reference::hessian(body, std::vector<Vector3d>(body.rest.size(), Vector3d::Zero()));
             const Eigen::VectorXd values =
@@ -168,16 +166,24 @@ TEST(MeanSprings, NothingButRigidMotionsIsFreeAtRest) {
     }
 }
 
+/// But to the fourth pattern, s_x s_y s_z, which the cube diagonals alone hold, beside what they do for a, b, c.
 TEST(MeanSprings, AtRestTheRatioDoesNotMatter) {
-    Random random(40);
     for (const double nu : kNu) {
-        const Lattice lattice = random_lattice(3, 2, 2, 0.5, random);
+        const Lattice lattice = Lattice::box(1, 1, 1, 0.5);
         const auto hessian_at_rest = [&](double ratio) {
-            const reference::Body body = reference::assemble(lattice, material(nu, ratio), SpringForm::means);
+            const reference::Body body =
+                reference::assemble(lattice, with_springs_on(SpringForm::means, material(nu, ratio)));
             return Eigen::MatrixXd(reference::hessian(body, std::vector<Vector3d>(body.rest.size(), Vector3d::Zero())));
         };
-        const Eigen::MatrixXd without = hessian_at_rest(0);
-        EXPECT_LE((hessian_at_rest(10) - without).norm(), 1e-13 * without.norm());
+        Eigen::MatrixXd fourth = Eigen::MatrixXd::Zero(24, 3);
+        for (Eigen::Index corner = 0; corner < 8; ++corner) {
+            const bool odd = ((corner ^ corner >> 1 ^ corner >> 2) & 1) != 0;
+            fourth.block<3, 3>(3 * corner, 0) = (odd ? 1 : -1) * Eigen::Matrix3d::Identity() / std::sqrt(8.0);
+        }
+        const Eigen::MatrixXd other = Eigen::MatrixXd::Identity(24, 24) - fourth * fourth.transpose();
+        const Eigen::MatrixXd without = hessian_at_rest(0), change = hessian_at_rest(10) - without;
+        EXPECT_LE((other * change * other).norm(), 1e-13 * without.norm());
+        EXPECT_GT(change.norm(), 1000 * 1e-13 * without.norm());
     }
 }
 
@@ -193,7 +199,7 @@ TEST(MeanSprings, WavesAreHeldUnderLargeStrain) {
     // Relative to a plain grid of stiffness G, as the stability map has it (studies/stability/weakest_wave.hpp).
     const auto least = [](const Material& m, SpringForm form, const Vector3d& stretches) {
         double weakest = 1;
-        const reference::HomogeneousLattice lattice(m, stretches.asDiagonal(), form);
+        const reference::HomogeneousLattice lattice(with_springs_on(form, m), stretches.asDiagonal());
         for_each_wave([&](const Vector3d& q) {
             const Eigen::Array3d sine = (q / 2).array().sin();
             const Matrix3d d = lattice.wave_stiffness(q);
@@ -208,7 +214,7 @@ TEST(MeanSprings, WavesAreHeldUnderLargeStrain) {
         }
         for (const double stretch : {0.8, 0.9, 1.2, 1.5}) {
             for (const double nu : {0.0, 0.25, 0.499}) {
-                EXPECT_GT(least(material(nu, ratio), SpringForm::means, {1, stretch, 1}), 0.13) << nu << " " << stretch;
+                EXPECT_GT(least(material(nu, ratio), SpringForm::means, {1, stretch, 1}), 0.1) << nu << " " << stretch;
             }
         }
     }
@@ -222,11 +228,11 @@ TEST(MeanSprings, ACellBoundsTheStiffestWave) {
     for (const double nu : kNu) {
         const Material m = material(nu);
         const auto largest = [&](SpringForm form) {
-            const reference::Body cell = reference::assemble(Lattice::box(1, 1, 1, 1), m, form);
+            const reference::Body cell = reference::assemble(Lattice::box(1, 1, 1, 1), with_springs_on(form, m));
             const Eigen::MatrixXd hessian = reference::hessian(cell, std::vector<Vector3d>(8, Vector3d::Zero()));
             return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(hessian, Eigen::EigenvaluesOnly).eigenvalues()[23];
         };
-        const reference::HomogeneousLattice lattice(m, Matrix3d::Identity(), SpringForm::means);
+        const reference::HomogeneousLattice lattice(with_springs_on(SpringForm::means, m), Matrix3d::Identity());
         double stiffest = 0;
         for_each_wave([&](const Vector3d& q) {
             const Matrix3d d = lattice.wave_stiffness(q);
