@@ -53,6 +53,13 @@ struct StepConstants {
     T velocity_gain[3]; ///< g dt / (1 + dt c)
 };
 
+/// Of cells with springs on means, by the cube diagonals' k_c: k_e / 16, k_f / 16, bending / 1024, coupling, twist /
+/// 1024 (PatternConstants); the numbers are those of sums in place of means (kernels/lattice/mean_cell.hpp).
+template <class T>
+struct MeanConstants {
+    T edge, face, bending, coupling, twist, joint_twist;
+};
+
 /// One layer of cells of a lattice and the node planes below and above it.
 ///
 /// Lengths are in units of the cell edge: u / h. A node plane is `row` = nx + 1 nodes wide; it takes `lanes` elements,
@@ -82,9 +89,10 @@ struct LatticeLayer {
     /// Stiffness times h, per cell number: the edges along x, y, z from its low corner; the face diagonals of its low
     /// faces normal to z, y, x; the cube diagonals.
     const T* stiffness[7];
-    T* partial[3];  ///< forces on the lower plane, from the layer below and this one
-    T* above[3];    ///< forces on the upper plane, from this layer; set, not added to
-    T volume_ratio; ///< kappa h^2 / (32 k_c h): the volume force's constant by the cube diagonal's
+    T* partial[3];          ///< forces on the lower plane, from the layer below and this one
+    T* above[3];            ///< forces on the upper plane, from this layer; set, not added to
+    T volume_ratio;         ///< kappa h^2 / (32 k_c h): the volume force's constant by the cube diagonal's
+    MeanConstants<T> means; ///< of cells with springs on means, which have the cube diagonals' stiffness alone
     Finish finish;
     StepConstants<T> step;
     const VectorNeighbors* neighbors; ///< active-rows: one a vector of the lower plane but its first
@@ -174,6 +182,7 @@ struct LatticeHessianLayer {
     T* partial[components];           ///< sums of the lower plane, from the layer below and this one
     T* above[components];             ///< sums of the upper plane, from this layer; set, not added to
     T volume_ratio;                   ///< as in LatticeLayer
+    MeanConstants<T> means;           ///< as in LatticeLayer
     const VectorNeighbors* neighbors; ///< as in LatticeLayer for active-rows; null for flat rows
     std::ptrdiff_t upper_lanes;       ///< as in LatticeLayer; for active-rows
     StiffeningConstants<T> stiffening;

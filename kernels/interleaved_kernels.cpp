@@ -73,7 +73,7 @@ private:
     template <int... lane>
     HYBMSS_INLINE static void take_apart(const Vector (&abc)[3], Vector (&xyz)[3],
                                          std::integer_sequence<int, lane...>) {
-        const auto component = [&]<int c>(std::integral_constant<int, c>) __attribute__((always_inline)) {
+        const auto component = [&]<int c>(std::integral_constant<int, c>) HYBMSS_INLINE_BODY {
             const Vector two = __builtin_shufflevector(abc[0], abc[1], of_first_two(3 * lane + c, lane)...);
             return __builtin_shufflevector(two, abc[2], of_third(3 * lane + c, lane)...);
         };
@@ -89,7 +89,7 @@ private:
     template <int... lane>
     HYBMSS_INLINE static void put_together(const Vector (&xyz)[3], Vector (&abc)[3],
                                            std::integer_sequence<int, lane...>) {
-        const auto third = [&]<int v>(std::integral_constant<int, v>) __attribute__((always_inline)) {
+        const auto third = [&]<int v>(std::integral_constant<int, v>) HYBMSS_INLINE_BODY {
             const Vector xy = __builtin_shufflevector(xyz[0], xyz[1], of_xy(v * lanes + lane)...);
             return __builtin_shufflevector(xy, xyz[2], of_z(v * lanes + lane, lane)...);
         };

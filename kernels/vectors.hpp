@@ -5,6 +5,9 @@
 #include "kernels/arguments.hpp"
 #include "kernels/simd.hpp"
 
+/// For a lambda: it is a step of the function around it, and its values belong into that one's registers.
+#define HYBMSS_INLINE_BODY __attribute__((always_inline))
+
 namespace hybmss::kernels {
 namespace {
 

@@ -86,9 +86,14 @@ std::vector<Named<Lattice>> lattices(std::mt19937& random) {
 /// kappa is well above the springs' moduli (nu = 0.45) for the quadratic energy, negative (nu = 0) for mean stretch.
 std::vector<Named<Material>> materials() {
     std::vector<Named<Material>> all;
-    for (const double ratio : {0.0, 1.0}) {
-        const std::string prefix = ratio == 0.0 ? "A=0 " : "A=1 ";
+    for (const auto& [ratio, springs] : {std::pair{0.0, SpringForm::nodes},
+                                         {1.0, SpringForm::nodes},
+                                         {0.0, SpringForm::means},
+                                         {1.0, SpringForm::means}}) {
+        const std::string prefix =
+            std::string(springs == SpringForm::means ? "M " : "") + (ratio == 0.0 ? "A=0 " : "A=1 ");
         Material m;
+        m.springs = springs;
         m.face_diagonal_ratio = ratio;
         m.poisson_ratio = 0.45;
         m.volume_energy = VolumeEnergy::quadratic;

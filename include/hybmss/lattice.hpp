@@ -69,4 +69,9 @@ private:
     std::vector<float> scales_;
 };
 
+struct Material;
+
+/// The springs of a lattice of this material: merged ones between nodes, or those that each cell has on its means.
+HYBMSS_EXPORT SpringCounts springs_of(const Lattice& lattice, const Material& material);
+
 } // namespace hybmss

@@ -6,56 +6,6 @@
 namespace hybmss::kernels {
 namespace {
 
-template <class V>
-HYBMSS_INLINE Symmetric3<V> next_column(const Symmetric3<V>& high, Symmetric3<V>& carry) {
-    Symmetric3<V> moved;
-    for (int i = 0; i < kBlockEntries; ++i) {
-        moved.entry[i] = shift_in(carry.entry[i], high.entry[i]);
-    }
-    carry = high;
-    return moved;
-}
-
-template <class V, class T>
-HYBMSS_INLINE void add_blocks(T* const (&blocks)[kBlockEntries], std::ptrdiff_t n, const Symmetric3<V>& b) {
-    for (int i = 0; i < kBlockEntries; ++i) {
-        store_lanes(blocks[i] + n, load_lanes<V>(blocks[i] + n) + b.entry[i]);
-    }
-}
-
-/// Adds a group's H to the blocks of both corners of each spring.
-template <Accuracy accuracy, SpringLaw law, class V, int corners, class... Springs>
-HYBMSS_INLINE void add_spring_blocks(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
-                                     const StiffeningConstants<Scalar<V>>& constants,
-                                     Symmetric3<V> (&blocks)[corners]) {
-    const auto add = [&](auto spring) {
-        using Spring = decltype(spring);
-        const Vector3<V> du = u[Spring::b] - u[Spring::a];
-        const V s = Spring::stretch(du);
-        const Symmetric3<V> h =
-            law_block<law>(k[Spring::kKind], s, one_minus_rsqrt<accuracy>(s),
-                           splat<V>(static_cast<Scalar<V>>(1.0 / Spring::kLength2)), Spring::vector(du), constants);
-        blocks[Spring::a] = blocks[Spring::a] + h;
-        blocks[Spring::b] = blocks[Spring::b] + h;
-    };
-    (add(Springs{}), ...);
-}
-
-/// Adds kappa phi''/V0 (grad V')(grad V')^T of a vector of cells, corner by corner; the second derivative of V' with
-/// respect to one corner is zero.
-template <Volume volume, class V>
-HYBMSS_INLINE void add_volume_blocks(const Vector3<V> (&u)[8], V scale, Symmetric3<V> (&blocks)[8]) {
-    const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
-    const V along =
-        scale * volume_derivatives<volume>(cell.dilation).curvature * splat<V>(static_cast<Scalar<V>>(1.0 / 32.0));
-    const Vector3<V> gradient[4] = {cell.st + cell.ta, cell.ta - cell.st, cell.st + cell.as, cell.as - cell.st};
-    for (int corner = 0; corner < 4; ++corner) {
-        const Symmetric3<V> h = rank_one(splat<V>(0), along, gradient[corner]);
-        blocks[corner] = blocks[corner] + h;
-        blocks[7 - corner] = blocks[7 - corner] + h;
-    }
-}
-
 /// One layer of cells: adds to `partial`, sets `above`.
 template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
 void lattice_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& layer) {

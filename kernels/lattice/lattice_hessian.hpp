@@ -56,5 +56,95 @@ HYBMSS_INLINE void join_planes(const LatticeHessianLayer<Scalar<V>, components>&
     }
 }
 
+// ---- products
+
+/// Adds the product of a vector of cells' volumes to that of their cube diagonals, on the corners 0 to 3.
+///
+/// With V' = 4a . (S x T) / 32, the gradient with respect to cube diagonal 0 is (S x T + T x 4a) / 32, and so on
+/// (lattice_cell.hpp). K p is its change, kappa [ phi'' dJ grad V' + phi' d grad V' ], when the corners move by p:
+///
+///     dJ = (d4a . (S x T) + dS . (T x 4a) + dT . (4a x S)) / 32,  d(S x T) = dS x T + S x dT, ...
+template <Volume volume, class V>
+HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V> (&p)[8], V scale,
+                                      Vector3<V> (&product)[4]) {
+    const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
+    const VolumeDerivatives<V> phi = volume_derivatives<volume>(cell.dilation);
+    const Vector3<V> p0 = p[0] - p[7], p1 = p[1] - p[6], p2 = p[2] - p[5], p3 = p[3] - p[4];
+    const Vector3<V> ds = p0 + p1, dt = p2 + p3, da = (p0 - p1) + (p2 - p3);
+    const V change =
+        (dot(da, cell.st) + dot(ds, cell.ta) + dot(dt, cell.as)) * splat<V>(static_cast<Scalar<V>>(1.0 / 32.0));
+    const V along = scale * phi.curvature * change, pressure = scale * phi.slope;
+    const Vector3<V> ws = scaled(pressure, ds), wt = scaled(pressure, dt), wa = scaled(pressure, da);
+    const Vector3<V> st = add_cross(cell.s, wt, add_cross(ws, cell.t, scaled(along, cell.st)));
+    const Vector3<V> ta = add_cross(cell.t, wa, add_cross(wt, cell.a, scaled(along, cell.ta)));
+    const Vector3<V> as = add_cross(cell.a, ws, add_cross(wa, cell.s, scaled(along, cell.as)));
+    product[0] = product[0] + (st + ta);
+    product[1] = product[1] + (ta - st);
+    product[2] = product[2] + (st + as);
+    product[3] = product[3] + (as - st);
+}
+
+template <class V, int corners, class... Springs>
+HYBMSS_INLINE V stiffening_energies(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
+                                    const StiffeningConstants<Scalar<V>>& c) {
+    V sum = splat<V>(0);
+    ((sum = multiply_add(k[Springs::kKind] * splat<V>(Scalar<V>(Springs::kLength2)),
+                         stiffening_energy(Springs::stretch(u[Springs::b] - u[Springs::a]), c), sum)),
+     ...);
+    return sum;
+}
+
+// ---- diagonal blocks
+
+template <class V>
+HYBMSS_INLINE Symmetric3<V> next_column(const Symmetric3<V>& high, Symmetric3<V>& carry) {
+    Symmetric3<V> moved;
+    for (int i = 0; i < kBlockEntries; ++i) {
+        moved.entry[i] = shift_in(carry.entry[i], high.entry[i]);
+    }
+    carry = high;
+    return moved;
+}
+
+template <class V, class T>
+HYBMSS_INLINE void add_blocks(T* const (&blocks)[kBlockEntries], std::ptrdiff_t n, const Symmetric3<V>& b) {
+    for (int i = 0; i < kBlockEntries; ++i) {
+        store_lanes(blocks[i] + n, load_lanes<V>(blocks[i] + n) + b.entry[i]);
+    }
+}
+
+/// Adds a group's H to the blocks of both corners of each spring.
+template <Accuracy accuracy, SpringLaw law, class V, int corners, class... Springs>
+HYBMSS_INLINE void add_spring_blocks(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
+                                     const StiffeningConstants<Scalar<V>>& constants,
+                                     Symmetric3<V> (&blocks)[corners]) {
+    const auto add = [&](auto spring) {
+        using Spring = decltype(spring);
+        const Vector3<V> du = u[Spring::b] - u[Spring::a];
+        const V s = Spring::stretch(du);
+        const Symmetric3<V> h =
+            law_block<law>(k[Spring::kKind], s, one_minus_rsqrt<accuracy>(s),
+                           splat<V>(static_cast<Scalar<V>>(1.0 / Spring::kLength2)), Spring::vector(du), constants);
+        blocks[Spring::a] = blocks[Spring::a] + h;
+        blocks[Spring::b] = blocks[Spring::b] + h;
+    };
+    (add(Springs{}), ...);
+}
+
+/// Adds kappa phi''/V0 (grad V')(grad V')^T of a vector of cells, corner by corner; the second derivative of V' with
+/// respect to one corner is zero.
+template <Volume volume, class V>
+HYBMSS_INLINE void add_volume_blocks(const Vector3<V> (&u)[8], V scale, Symmetric3<V> (&blocks)[8]) {
+    const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
+    const V along =
+        scale * volume_derivatives<volume>(cell.dilation).curvature * splat<V>(static_cast<Scalar<V>>(1.0 / 32.0));
+    const Vector3<V> gradient[4] = {cell.st + cell.ta, cell.ta - cell.st, cell.st + cell.as, cell.as - cell.st};
+    for (int corner = 0; corner < 4; ++corner) {
+        const Symmetric3<V> h = rank_one(splat<V>(0), along, gradient[corner]);
+        blocks[corner] = blocks[corner] + h;
+        blocks[7 - corner] = blocks[7 - corner] + h;
+    }
+}
+
 } // namespace
 } // namespace hybmss::kernels

@@ -5,9 +5,6 @@
 
 #include "kernels/lattice/lattice_cell.hpp"
 
-/// For a lambda: it is a step of the function around it, and its values belong into that one's registers.
-#define HYBMSS_INLINE_BODY __attribute__((always_inline))
-
 namespace hybmss::kernels {
 namespace {
 

@@ -106,11 +106,12 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
     }
     a.stiffness_begin = a.own_stiffness();
     const std::size_t elements = a.begin.back() + a.width; // a vector more, for the element after the last
-    a.allocate(elements, elements, material.face_diagonal_ratio > 0);
+    a.allocate(elements, elements, material);
 
     a.neighbors.reserve(a.begin.back() / a.width - a.planes);
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());
+    a.means = shares.means();
     for (std::size_t k = 0; k < a.planes; ++k) {
         for (std::size_t j = 0; j < grid.rows(); ++j) {
             for (std::size_t column = 0; column < grid.columns(); ++column) {

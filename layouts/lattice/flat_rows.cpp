@@ -72,10 +72,11 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material) {
     }
     a.lanes.assign(a.planes, lanes);
     a.stiffness_begin = shared_stiffness(lattice, a.axes, a.plane);
-    a.allocate(a.begin.back(), a.stiffness_begin.back() + a.plane, material.face_diagonal_ratio > 0);
+    a.allocate(a.begin.back(), a.stiffness_begin.back() + a.plane, material);
 
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());
+    a.means = shares.means();
     // Cells that touch each node, by its place in the layout: nonzero makes it a node of the body.
     std::vector<unsigned char> touching(a.size(), 0);
     for (std::size_t k = 0; k < a.planes; ++k) {

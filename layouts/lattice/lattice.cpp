@@ -1,4 +1,5 @@
 #include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
 
 #include "layouts/messages.hpp"
 
@@ -158,6 +159,15 @@ SpringCounts Lattice::unmerged_springs(bool face_diagonals) const {
     SpringCounts counts = merged_springs(false);
     counts.face_diagonals = face_diagonals ? 12 * cell_count() : 0;
     return counts;
+}
+
+SpringCounts springs_of(const Lattice& lattice, const Material& material) {
+    const bool face_diagonals = material.face_diagonal_ratio > 0;
+    if (material.springs == SpringForm::nodes) {
+        return lattice.merged_springs(face_diagonals);
+    }
+    const std::size_t cells = lattice.cell_count();
+    return {3 * cells, face_diagonals ? 6 * cells : 0, 4 * cells};
 }
 
 } // namespace hybmss

@@ -14,6 +14,10 @@ CellShares::CellShares(const Lattice& lattice, const Material& material, const L
     cube_ = constants.cube_diagonal * h;
     cell_mass_ = material.density * h * h * h / 8;
     volume_ratio_ = volume_modulus(material) * h * h / (32 * cube_);
+    const PatternConstants patterns = pattern_constants(material, h);
+    const double k = constants.cube_diagonal;
+    means_ = {constants.edge / (16 * k), constants.face_diagonal / (16 * k), patterns.bending / (1024 * k),
+              patterns.coupling,         patterns.twist / (1024 * k),        patterns.joint_twist / (1024 * k)};
 }
 
 /// The stiffness scale of a cell; zero outside.
@@ -49,15 +53,20 @@ CellShares::Node CellShares::at(const std::array<std::size_t, 3>& place) const {
 
 template <class T>
 std::size_t LatticeArrays<T>::bytes() const {
-    return (size() + (stiffness[3].size() > 0 ? 7 : 4) * stiffness[0].size()) * sizeof(T) +
+    std::size_t stiffnesses = 0;
+    for (const AlignedArray<T>& kind : stiffness) {
+        stiffnesses += kind.size();
+    }
+    return (size() + stiffnesses) * sizeof(T) +
            (begin.size() + lanes.size() + stiffness_begin.size()) * sizeof(std::size_t) +
            neighbors.size() * sizeof(VectorNeighbors) + masses.size() * sizeof(double) + runs.size() * sizeof(NodeRun);
 }
 
 template <class T>
-void LatticeArrays<T>::allocate(std::size_t elements, std::size_t stiffness_elements, bool face_diagonals) {
+void LatticeArrays<T>::allocate(std::size_t elements, std::size_t stiffness_elements, const Material& material) {
+    const bool face_diagonals = material.face_diagonal_ratio > 0, on_means = material.springs == SpringForm::means;
     for (std::size_t kind = 0; kind < 7; ++kind) {
-        if (face_diagonals || kind < 3 || kind == 6) {
+        if (kind == 6 || (!on_means && (face_diagonals || kind < 3))) {
             stiffness[kind] = AlignedArray<T>(padded(stiffness_elements));
         }
     }
@@ -66,7 +75,7 @@ void LatticeArrays<T>::allocate(std::size_t elements, std::size_t stiffness_elem
 
 template <class T>
 void LatticeArrays<T>::separate_planes() {
-    if (stiffness[0].size() == size()) {
+    if (stiffness[6].size() == size()) {
         return;
     }
     std::vector<std::size_t> places = own_stiffness();

@@ -15,6 +15,11 @@ namespace hybmss {
 /// A layout's axes as the body's: along a row, along a plane, and normal to the planes.
 using LatticeAxes = std::array<std::size_t, 3>;
 
+/// Constants of springs on means by those of the cube diagonals; see kernels::MeanConstants.
+struct MeanRatios {
+    double edge, face, bending, coupling, twist, joint_twist;
+};
+
 /// What the cells around a grid node give to it and to the springs that start there: k = (k_e/4) * the sum of the
 /// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell. The same numbers in every layout.
 class CellShares {
@@ -31,6 +36,7 @@ public:
     double mass(int cells) const { return cell_mass_ * cells; }
     double inverse_mass(int cells) const { return 1 / (mass(cells) * lattice_.cell_size()); } ///< 1 / (m h)
     double volume_ratio() const { return volume_ratio_; } ///< kappa h^2 / (32 k_c h)
+    const MeanRatios& means() const { return means_; }
 
 private:
     double scale_at(const std::array<int, 3>& place) const;
@@ -38,6 +44,7 @@ private:
     const Lattice& lattice_;
     LatticeAxes axes_;
     double edge_, face_, cube_, cell_mass_, volume_ratio_;
+    MeanRatios means_;
 };
 
 /// A lattice in memory: what flat_rows() and active_rows() fill, each in its own order, and what a sweep from plane to
@@ -55,21 +62,22 @@ struct LatticeArrays {
     /// has three, and a sweep finds the one in the middle in cache, layer for layer.
     std::vector<std::size_t> stiffness_begin;
     double cell_size = 0;
-    AlignedArray<T> stiffness[7];           ///< k h, N; of face diagonals only where there are any
+    AlignedArray<T> stiffness[7];           ///< k h, N; with springs on means the last alone; no void face diagonals
     AlignedArray<T> inverse_mass;           ///< 1 / (m h); 0 at void nodes
     std::vector<VectorNeighbors> neighbors; ///< active-rows
     std::size_t width = 0;                  ///< active-rows: lanes of a vector
     T volume_ratio = 0;                     ///< kappa h^2 / (32 k_c h)
-    std::vector<double> masses;             ///< kg, one a node of the body
-    std::vector<NodeRun> runs;              ///< of the body's nodes, ascending
+    MeanRatios means = {};
+    std::vector<double> masses; ///< kg, one a node of the body
+    std::vector<NodeRun> runs;  ///< of the body's nodes, ascending
 
     /// Elements of every array.
     std::size_t size() const { return inverse_mass.size(); }
     std::size_t bytes() const;
 
-    /// Room for `elements`, and for so many of stiffness, and what fills the last vector of the widest kind: loops over
-    /// whole arrays have no tail.
-    void allocate(std::size_t elements, std::size_t stiffness_elements, bool face_diagonals);
+    /// Room for `elements`, and for so many of the stiffness that the material has, and what fills the last vector of
+    /// the widest kind: loops over whole arrays have no tail.
+    void allocate(std::size_t elements, std::size_t stiffness_elements, const Material& material);
     /// Where the stiffness of planes begins that share none.
     std::vector<std::size_t> own_stiffness() const { return {begin.begin(), begin.end() - 1}; }
     /// Gives every plane a stiffness of its own, so that its nodes can be set apart. Changes nothing where memory does

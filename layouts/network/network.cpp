@@ -47,6 +47,11 @@ constexpr SpringKind kCubeDiagonals[] = {
 
 Network Network::from_lattice(const Lattice& lattice, const Material& material) {
     validate(material);
+    if (material.springs == SpringForm::means) {
+        throw std::invalid_argument(
+            "springs = means given for a network, whose springs join nodes: a lattice with them "
+            "needs the layout flat-rows or active-rows");
+    }
     const auto [nx, ny, nz] = lattice.cells();
     const double h = lattice.cell_size();
     const SpringConstants constants = spring_constants(material, h);

@@ -24,18 +24,62 @@ struct CellStiffness {
     Matrix24 body = Matrix24::Zero(), springs = Matrix24::Zero();
 };
 
+/// Edges and face diagonals on the cell's means, and what its patterns store: at rest these are p_ij = g_i . e_j.
+void add_mean_springs(const Material& material, double h, Matrix24& stiffness) {
+    const SpringConstants constants = spring_constants(material, h);
+    for (int code = 0; code < 27; ++code) {
+        const Vector3d signs(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
+        const double length2 = signs.squaredNorm();
+        const double first = signs[0] != 0 ? signs[0] : signs[1] != 0 ? signs[1] : signs[2];
+        if (first <= 0 || length2 > 2) {
+            continue; // the opposite of another, or a cube diagonal
+        }
+        Eigen::Matrix<double, 24, 1> along;
+        for (int corner = 0; corner < 8; ++corner) {
+            along.segment<3>(3 * corner) =
+                signs.dot(2 * corner_position(corner) - Vector3d::Ones()) / 4 * signs.normalized();
+        }
+        stiffness += (length2 == 1 ? constants.edge : constants.face_diagonal) * along * along.transpose();
+    }
+    const PatternConstants patterns = pattern_constants(material, h);
+    Eigen::Matrix<double, 24, 1> p[3][3];
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            p[i][j].setZero();
+            for (int corner = 0; corner < 8; ++corner) {
+                const Vector3d side = 2 * corner_position(corner) - Vector3d::Ones();
+                p[i][j][3 * corner + j] = side[(i + 1) % 3] * side[(i + 2) % 3] / 8;
+            }
+        }
+    }
+    const Eigen::Matrix<double, 24, 1> together = p[0][0] + p[1][1] + p[2][2];
+    stiffness += patterns.joint_twist * together * together.transpose();
+    for (int i = 0; i < 3; ++i) {
+        stiffness += patterns.twist * p[i][i] * p[i][i].transpose();
+        for (int j = 0; j < 3; ++j) {
+            if (j != i) {
+                stiffness += patterns.bending * p[i][j] * (p[i][j] + patterns.coupling * p[j][i]).transpose();
+            }
+        }
+    }
+}
+
 /// The stiffness matrix at rest of one cell with its shares of the springs: k n n^T for each, and
 /// kappa/V0 (dV'/dx)(dV'/dx)^T, dV'/dx_i = h^2/4 (+-1, +-1, +-1).
 CellStiffness cell_stiffness(const Material& material, double h) {
     const SpringConstants constants = spring_constants(material, h);
     CellStiffness cell;
     Matrix24& stiffness = cell.springs;
+    const bool means = material.springs == SpringForm::means;
     Eigen::Matrix<double, 24, 1> gradient;
     for (int a = 0; a < 8; ++a) {
         gradient.segment<3>(3 * a) = h * h / 4 * (2 * corner_position(a) - Vector3d::Ones());
         for (int b = a + 1; b < 8; ++b) {
             const Vector3d r = corner_position(b) - corner_position(a);
             const double length2 = r.squaredNorm();
+            if (means && length2 < 3) {
+                continue;
+            }
             const double k = length2 == 1   ? constants.edge / 4
                              : length2 == 2 ? constants.face_diagonal / 2
                                             : constants.cube_diagonal;
@@ -45,6 +89,9 @@ CellStiffness cell_stiffness(const Material& material, double h) {
             stiffness.block<3, 3>(3 * a, 3 * b) -= block;
             stiffness.block<3, 3>(3 * b, 3 * a) -= block;
         }
+    }
+    if (means) {
+        add_mean_springs(material, h, stiffness);
     }
     cell.body = stiffness;
     if (resolved_volume_energy(material) != VolumeEnergy::none) {

@@ -53,9 +53,10 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
               material.stiffening),
       layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, kernel_table().width)
                                           : flat_rows<T>(lattice, material)),
-      material_(material), active_(rows == LatticeRows::active), face_diagonals_(material.face_diagonal_ratio > 0),
+      material_(material), active_(rows == LatticeRows::active), means_(material.springs == SpringForm::means),
+      face_diagonals_(material.face_diagonal_ratio > 0),
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.one_tile)),
-      springs_(lattice.merged_springs(face_diagonals_).total()), cells_(lattice.cell_count()) {}
+      springs_(springs_of(lattice, material).total()), cells_(lattice.cell_count()) {}
 
 template <class T>
 State<T> LatticeBody<T>::linear_state(bool moving) const {
@@ -91,11 +92,14 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     }
     layer.inverse_mass = layout_.inverse_mass.data() + offset;
     for (std::size_t kind = 0; kind < 7; ++kind) {
-        // Kernels without face diagonals never look at theirs, which then are not there: any address will do.
-        const std::size_t held = layout_.stiffness[kind].size() > 0 ? kind : 0;
+        // Kernels never look at a kind that is not there: any address will do.
+        const std::size_t held = layout_.stiffness[kind].size() > 0 ? kind : 6;
         layer.stiffness[kind] = layout_.stiffness[held].data() + layout_.stiffness_begin[k];
     }
     layer.volume_ratio = layout_.volume_ratio;
+    const MeanRatios& m = layout_.means;
+    layer.means = {static_cast<T>(m.edge),     static_cast<T>(m.face),  static_cast<T>(m.bending),
+                   static_cast<T>(m.coupling), static_cast<T>(m.twist), static_cast<T>(m.joint_twist)};
     return layer;
 }
 
@@ -107,8 +111,10 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     AlignedArray<T>* const joins = state.buffers.data();
     AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
     const auto& table = kernel_table();
-    const auto& layers = active_ ? table.active_layer : table.lattice_layer;
-    const auto& tops = active_ ? table.active_top : table.lattice_top;
+    const auto& layers = means_ ? (active_ ? table.active_mean_layer : table.mean_layer)
+                                : (active_ ? table.active_layer : table.lattice_layer);
+    const auto top =
+        means_ ? table.mean_top() : (active_ ? table.active_top : table.lattice_top)(face_diagonals_, accuracy());
 
     Layer layer = layer_at(state, first);
     layer.step = step;
@@ -144,7 +150,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     }
     if (highest) {
         layer.finish = finish;
-        tops(face_diagonals_, accuracy())(layer);
+        top(layer);
     } else if (meetings.second_at(slab)) {
         join(state, slab, finish, step);
     }
@@ -181,11 +187,15 @@ std::vector<Stage> LatticeBody<T>::linear_force_stages(State<T>& state) const {
 template <class T>
 PotentialEnergy LatticeBody<T>::linear_energy(State<T>& state) const {
     const auto& table = kernel_table();
-    const auto energy = (active_ ? table.active_energy : table.lattice_energy)(face_diagonals_, volume());
-    const auto top = (active_ ? table.active_top_energy : table.lattice_top_energy)(face_diagonals_);
+    const auto energy = (means_    ? table.mean_energy
+                         : active_ ? table.active_energy
+                                   : table.lattice_energy)(face_diagonals_, volume());
+    const auto top = means_ ? nullptr : (active_ ? table.active_top_energy : table.lattice_top_energy)(face_diagonals_);
     std::vector<kernels::LayerEnergy> layers(layout_.planes);
     this->workers().run(layout_.planes, [&](std::size_t k, std::size_t) {
-        layers[k] = (k + 1 == layout_.planes ? top : energy)(layer_at(state, k));
+        if (const auto sum = k + 1 == layout_.planes ? top : energy) {
+            layers[k] = sum(layer_at(state, k));
+        }
     });
     // Stiffness is k h and lengths are u / h, so sums are energies divided by h.
     PotentialEnergy sum;
@@ -208,6 +218,9 @@ std::vector<Stage> LatticeBody<T>::linear_step_stages(State<T>& state, const Ste
 
 template <class T>
 std::size_t LatticeBody<T>::springs_from(std::size_t index) const {
+    if (means_) {
+        return layout_.stiffness[6][index] > 0 ? springs_of_cell() : 0;
+    }
     std::size_t springs = 0;
     for (std::size_t kind = 0; kind < 7; ++kind) {
         const AlignedArray<T>& stiffness = layout_.stiffness[kind];
@@ -237,7 +250,10 @@ void LatticeBody<T>::take_over(const Lattice& cut, std::span<const CutNode> node
 
 template <class T>
 void LatticeBody<T>::describe_layout(PlanDescription& d) const {
-    d.kernel = (active_ ? "active_layer" : "lattice_layer") + lattice_variant(face_diagonals_, volume(), accuracy());
+    d.kernel = std::string(active_  ? "active_"
+                           : means_ ? ""
+                                    : "lattice_") +
+               (means_ ? "mean_layer" : "layer") + lattice_variant(face_diagonals_, volume(), accuracy());
     d.springs = springs_;
     d.cells = cells_;
     d.bytes = layout_.bytes();

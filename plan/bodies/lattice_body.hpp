@@ -53,6 +53,8 @@ private:
     Layer layer_at(State<T>& state, std::size_t k) const;
     /// Springs whose first node, or whose cell's low corner, lies at `index`.
     std::size_t springs_from(std::size_t index) const;
+    /// Of one with springs on means, where cells share none.
+    std::size_t springs_of_cell() const { return face_diagonals_ ? 13 : 7; }
     std::size_t slabs() const { return slab_begin_.size() - 1; }
     /// Finishes the plane where slabs `join` and `join` + 1 meet.
     void join(State<T>& state, std::size_t join, kernels::Finish finish, const kernels::StepConstants<T>& step) const;
@@ -73,6 +75,7 @@ private:
     LatticeArrays<T> layout_;
     Material material_;
     bool active_; ///< in active-rows
+    bool means_;  ///< springs on means
     bool face_diagonals_;
     std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
     std::size_t springs_, cells_;

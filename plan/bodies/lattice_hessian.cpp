@@ -14,16 +14,22 @@ constexpr std::size_t kEntryAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}
 template <class T, int components>
 struct SweepKernels {
     void (*layer)(const kernels::LatticeHessianLayer<T, components>&);
-    void (*top)(const kernels::LatticeHessianLayer<T, components>&);
+    void (*top)(const kernels::LatticeHessianLayer<T, components>&); ///< null where nothing is to be added
     void (*join)(const kernels::LatticeHessianLayer<T, components>&);
 };
 template <int components, class T>
-SweepKernels<T, components> sweep_kernels(const kernels::KernelTable<T>& table, bool face_diagonals,
+SweepKernels<T, components> sweep_kernels(const kernels::KernelTable<T>& table, bool means, bool face_diagonals,
                                           const kernels::LatticeSum& sum, Accuracy accuracy) {
     if constexpr (components == 3) {
+        if (means) {
+            return {table.mean_product(face_diagonals, sum, accuracy), nullptr, table.lattice_join_product()};
+        }
         return {table.lattice_product(face_diagonals, sum, accuracy),
                 table.lattice_top_product(face_diagonals, sum.law, accuracy), table.lattice_join_product()};
     } else {
+        if (means) {
+            return {table.mean_diagonal(face_diagonals, sum, accuracy), nullptr, table.lattice_join_diagonal()};
+        }
         return {table.lattice_diagonal(face_diagonals, sum, accuracy),
                 table.lattice_top_diagonal(face_diagonals, sum.law, accuracy), table.lattice_join_diagonal()};
     }
@@ -50,7 +56,8 @@ kernels::LatticeHessianLayer<T, components> LatticeBody<T>::hessian_layer(State<
     for (std::size_t kind = 0; kind < 7; ++kind) {
         layer.stiffness[kind] = forces.stiffness[kind];
     }
-    layer.volume_ratio = layout_.volume_ratio;
+    layer.volume_ratio = forces.volume_ratio;
+    layer.means = forces.means;
     return layer;
 }
 
@@ -75,8 +82,8 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringP
             layer.above[c] = state.buffers[6 * join + c].data();
         }
     };
-    const auto kernels =
-        sweep_kernels<components>(kernel_table(), face_diagonals_, {pass.law, pass.cells(volume())}, accuracy());
+    const auto kernels = sweep_kernels<components>(kernel_table(), means_, face_diagonals_,
+                                                   {pass.law, pass.cells(volume())}, accuracy());
     const auto join = [=, this](std::size_t j) {
         auto layer = layer_at(slab_begin_[j + 1]);
         use_join_buffer(layer, j);
@@ -99,7 +106,9 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringP
             }
         }
         if (slab + 1 == slabs()) {
-            kernels.top(layer_at(end));
+            if (kernels.top) {
+                kernels.top(layer_at(end));
+            }
         } else if (meetings->second_at(slab)) {
             join(slab);
         }
@@ -136,12 +145,14 @@ void LatticeBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
 
 template <class T>
 double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const {
-    const auto energy = kernel_table().lattice_stiffening_energy(face_diagonals_);
-    const auto top = kernel_table().lattice_top_stiffening_energy(face_diagonals_);
+    const auto& table = kernel_table();
+    const auto energy = (means_ ? table.mean_stiffening_energy : table.lattice_stiffening_energy)(face_diagonals_);
+    const auto top = means_ ? nullptr : table.lattice_top_stiffening_energy(face_diagonals_);
     return layout_.cell_size * this->sum_of(layout_.planes, [&](std::size_t k) {
         kernels::LatticeHessianLayer<T, 3> layer = hessian_layer<3>(state, k, nullptr);
         layer.stiffening = constants;
-        return (k + 1 == layout_.planes ? top : energy)(layer);
+        const auto sum = k + 1 == layout_.planes ? top : energy;
+        return sum ? sum(layer) : 0.0;
     });
 }
 

@@ -135,8 +135,13 @@ std::unique_ptr<Body<T>> make(const Layout& layout, const Given& given, const Pl
 } // namespace
 
 std::vector<std::string> lattice_layouts() {
+    return lattice_layouts_of({});
+}
+std::vector<std::string> lattice_layouts_of(const Material& material) {
     std::vector<std::string> names = names_where([](const Layout& layout) { return !layout.of_networks; });
-    names.emplace_back(kNetwork);
+    if (material.springs == SpringForm::nodes) {
+        names.emplace_back(kNetwork);
+    }
     return names;
 }
 std::vector<std::string> network_layouts() {

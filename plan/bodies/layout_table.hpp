@@ -15,6 +15,9 @@ namespace hybmss {
 /// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one.
 std::vector<std::string> distinct_lattice_layouts();
 
+/// Those of lattice_layouts() that a material can have: a network has no springs on means.
+std::vector<std::string> lattice_layouts_of(const Material& material);
+
 /// The layout that a lattice gets where nothing is timed: active-rows where at most half of the cells are filled and
 /// rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else flat-rows. The same on every machine.
 std::string estimated_layout(const Lattice& lattice);

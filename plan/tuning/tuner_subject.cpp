@@ -59,8 +59,8 @@ Index around_first_filled_cell(const Lattice& lattice, const Index& size) {
 }
 
 /// What an estimate takes comes first.
-std::vector<std::string> layouts_of(const Lattice& lattice) {
-    std::vector<std::string> layouts = lattice_layouts();
+std::vector<std::string> layouts_of(const Lattice& lattice, const Material& material) {
+    std::vector<std::string> layouts = lattice_layouts_of(material);
     const auto first = std::find(layouts.begin(), layouts.end(), estimated_layout(lattice));
     std::rotate(layouts.begin(), first, first + 1);
     return layouts;
@@ -166,7 +166,7 @@ template <class T>
 TunerSubject<T> subject_of(const Lattice& lattice, const Material& material) {
     const std::size_t cells = lattice.cell_count();
     return {body_class<T>(lattice, material),
-            layouts_of(lattice),
+            layouts_of(lattice, material),
             lattice.grid_node_count(),
             cells ? cells : 1,
             [&lattice, &material](const PlanOptions& options) { return make_body<T>(lattice, material, options); },

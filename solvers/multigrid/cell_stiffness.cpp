@@ -50,12 +50,19 @@ double volume_curvature(VolumeEnergy energy, double j) {
 } // namespace
 
 CellStiffness::CellStiffness(const Material& material, double h)
-    : kappa_(volume_modulus(material) * h * h), volume_energy_(resolved_volume_energy(material)) {
+    : means_(material.springs == SpringForm::means), patterns_(pattern_constants(material, h)),
+      kappa_(volume_modulus(material) * h * h), volume_energy_(resolved_volume_energy(material)) {
     const SpringConstants k = spring_constants(material, h);
     share_[0] = 0;
-    share_[1] = k.edge / 4 * h;
-    share_[2] = k.face_diagonal / 2 * h;
+    share_[1] = means_ ? 0 : k.edge / 4 * h;
+    share_[2] = means_ ? 0 : k.face_diagonal / 2 * h;
     share_[3] = k.cube_diagonal * h;
+    on_means_[0] = 0;
+    on_means_[1] = k.edge * h;
+    on_means_[2] = k.face_diagonal * h;
+    for (double* constant : {&patterns_.bending, &patterns_.twist, &patterns_.joint_twist}) {
+        *constant *= h;
+    }
 }
 
 // k [t+ I + min(1 - t, 1) n n^T],  t = 1 - l/|d|. Between two corners there is one spring, so blocks off the diagonal
@@ -92,6 +99,93 @@ void CellStiffness::set_springs(const double (&u)[8][3], double scale, CellMatri
     for (std::size_t a = 0; a < 8; ++a) {
         std::copy_n(diagonal[a], 9, matrix.block[a][a]);
     }
+    if (means_) {
+        add_mean_springs(u, scale, matrix);
+    }
+}
+
+// A spring on means moves by weights of the corners, and so does P_ij = g_i . a_j (PatternConstants); of its energy
+// what is quadratic in dP is kept, which no strain makes indefinite.
+template <class S>
+void CellStiffness::add_mean_springs(const double (&u)[8][3], double scale, CellMatrixOf<S>& matrix) const {
+    double edges[3][3], patterns[3][3], by_edge[8][3], by_pattern[8][3];
+    for (unsigned i = 0; i < 3; ++i) {
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            by_edge[corner][i] = side(corner, i) / 4;
+            by_pattern[corner][i] = side(corner, (i + 1) % 3) * side(corner, (i + 2) % 3) / 8;
+        }
+        for (unsigned c = 0; c < 3; ++c) {
+            edges[i][c] = i == c ? 1 : 0;
+            patterns[i][c] = 0;
+            for (unsigned corner = 0; corner < 8; ++corner) {
+                edges[i][c] += by_edge[corner][i] * u[corner][c];
+                patterns[i][c] += by_pattern[corner][i] * u[corner][c];
+            }
+        }
+    }
+    const auto add = [&](std::size_t a, std::size_t b, std::size_t entry, double value) {
+        matrix.block[a][b][entry] += static_cast<S>(scale * value);
+    };
+    for (int code = 14; code < 27; ++code) { // one of each direction and its opposite
+        const int sign[3] = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
+        const int axes = sign[0] * sign[0] + sign[1] * sign[1] + sign[2] * sign[2];
+        if (axes > 2 || on_means_[axes] == 0) {
+            continue;
+        }
+        double d[3], weight[8];
+        for (unsigned c = 0; c < 3; ++c) {
+            d[c] = sign[0] * edges[0][c] + sign[1] * edges[1][c] + sign[2] * edges[2][c];
+        }
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            weight[corner] = sign[0] * by_edge[corner][0] + sign[1] * by_edge[corner][1] + sign[2] * by_edge[corner][2];
+        }
+        const double square = std::max(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1e-6);
+        const double t = 1 - std::sqrt(axes / square), k = on_means_[axes];
+        const double across = k * std::max(t, 0.0), along = k * std::min(1 - t, 1.0) / square;
+        for (std::size_t e = 0; e < 9; ++e) {
+            const double entry = along * d[e / 3] * d[e % 3] + (e % 4 == 0 ? across : 0.0);
+            for (std::size_t a = 0; a < 8; ++a) {
+                for (std::size_t b = 0; b < 8; ++b) {
+                    add(a, b, e, weight[a] * weight[b] * entry);
+                }
+            }
+        }
+    }
+    using Slope = std::array<double, 24>;
+    const auto add_slope = [&](std::size_t i, std::size_t j, double factor, Slope& sum) {
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                sum[3 * corner + c] +=
+                    factor * (by_pattern[corner][i] * edges[j][c] + by_edge[corner][j] * patterns[i][c]);
+            }
+        }
+    };
+    const auto add_square = [&](double k, const Slope& s) {
+        for (std::size_t a = 0; a < 8; ++a) {
+            for (std::size_t b = 0; b < 8; ++b) {
+                for (std::size_t e = 0; e < 9; ++e) {
+                    add(a, b, e, k * s[3 * a + e / 3] * s[3 * b + e % 3]);
+                }
+            }
+        }
+    };
+    Slope together{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        Slope own{};
+        add_slope(i, i, 1, own);
+        add_square(patterns_.twist, own);
+        add_slope(i, i, 1, together);
+        for (std::size_t j = 0; j < i; ++j) {
+            // p^2 + q^2 + 2 c p q = (1 + c)/2 (p + q)^2 + (1 - c)/2 (p - q)^2
+            for (const double sign : {1.0, -1.0}) {
+                Slope pair{};
+                add_slope(i, j, 1, pair);
+                add_slope(j, i, sign, pair);
+                add_square(patterns_.bending * (1 + sign * patterns_.coupling) / 2, pair);
+            }
+        }
+    }
+    add_square(patterns_.joint_twist, together);
 }
 
 void CellStiffness::springs_at_rest(CellMatrix& matrix) const {
