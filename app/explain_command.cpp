@@ -367,8 +367,6 @@ void explain(const ExplainArguments& arguments) {
     const Simulation& simulation = timed.simulation();
     const Scene& scene = simulation.scene();
     const PlanDescription plan = simulation.describe();
-    const SpringCounts unmerged = simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0);
-
     const std::string parts = parts_line(simulation.lattice());
     if (!parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
@@ -388,8 +386,11 @@ void explain(const ExplainArguments& arguments) {
     }
     row("parts", parts.empty() ? "1: all cells hang together by their faces" : parts);
     row("nodes", fmt::format("{}", simulation.node_count()));
-    row("springs", fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)", plan.springs,
-                               unmerged.total()));
+    row("springs",
+        scene.material.springs == SpringForm::means
+            ? fmt::format("{} on means: each cell has its own", plan.springs)
+            : fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)", plan.springs,
+                          simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0).total()));
     row("memory", fmt::format("about {:.3g} MB in the whole run", estimated_bytes(scene.body, options) / 1e6));
     const std::vector<std::string> shared = simulation.shared_supports();
     if (const std::vector<ProbeReading> probes = simulation.probes(); !probes.empty()) {

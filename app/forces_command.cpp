@@ -200,7 +200,7 @@ void forces(const ForcesArguments& arguments) {
     nlohmann::ordered_json json = {{"energy", {{"springs", result.springs}, {"volume", result.volume}}}};
     json.update(result.plan);
     json["nodes"] = nodes;
-    json["springs"] = lattice.merged_springs(scene.material.face_diagonal_ratio > 0).total();
+    json["springs"] = springs_of(lattice, scene.material).total();
     json["cells"] = lattice.cell_count();
     fmt::print("{}\n", json.dump(2));
 }

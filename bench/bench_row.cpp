@@ -21,6 +21,8 @@ std::string name(Model model) {
         return "HybMSS-FD";
     case Model::without_correction_forces:
         return "HybMSS-CF";
+    case Model::on_means:
+        return "HybMSS-M";
     default:
         return "HybMSS";
     }
@@ -49,7 +51,9 @@ Lattice row_lattice(const BenchRow& row) {
 Material row_material(const BenchRow& row) {
     Material material;
     material.poisson_ratio = 0.499;
-    material.face_diagonal_ratio = row.model == Model::without_face_diagonals ? 0.0 : 1.0;
+    const bool on_means = row.model == Model::on_means;
+    material.springs = on_means ? SpringForm::means : SpringForm::nodes;
+    material.face_diagonal_ratio = on_means || row.model == Model::without_face_diagonals ? 0.0 : 1.0;
     material.volume_energy =
         row.model == Model::without_correction_forces ? VolumeEnergy::none : VolumeEnergy::quadratic;
     return material;
@@ -97,7 +101,8 @@ RowChoices RowChoices::with_layouts(std::vector<std::string> otherwise) const {
 
 std::vector<BenchRow> step_rows(const RowChoices& choices) {
     std::vector<std::array<int, 3>> meshes(kTable6.begin(), kTable6.end());
-    std::vector<Model> models = {Model::hybmss, Model::without_face_diagonals, Model::without_correction_forces};
+    std::vector<Model> models = {Model::hybmss, Model::without_face_diagonals, Model::without_correction_forces,
+                                 Model::on_means};
     if (choices.quick) {
         meshes.assign(kQuick.begin(), kQuick.end());
         models = {Model::hybmss};

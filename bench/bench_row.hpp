@@ -15,11 +15,12 @@ namespace hybmss::bench {
 
 using hybmss::Precision;
 
-/// Golec et al.'s three variants, at nu = 0.499.
+/// Golec et al.'s three variants and one more, at nu = 0.499.
 enum class Model {
-    hybmss,                   ///< A = 1, volume force
-    without_face_diagonals,   ///< HybMSS-FD: A = 0, volume force
-    without_correction_forces ///< HybMSS-CF: A = 1, springs only
+    hybmss,                    ///< A = 1, volume force
+    without_face_diagonals,    ///< HybMSS-FD: A = 0, volume force
+    without_correction_forces, ///< HybMSS-CF: A = 1, springs only
+    on_means                   ///< HybMSS-M: A = 0, springs on the means of cells, volume force; of lattices alone
 };
 
 /// What one row measures. Its name holds every field: operation/mesh/model/layout/instruction set/precision/threads,
@@ -54,7 +55,7 @@ struct RowChoices {
 /// E.g. "step/10x10x10/HybMSS/lattice/avx512/float/threads:1"; `operation` is "step" or "hessian".
 std::string name(const BenchRow& row, const std::string& operation = "step");
 std::string mesh_name(const BenchRow& row); ///< e.g. "10x10x10", "hollow-ball-64"
-std::string name(Model model);              ///< "HybMSS", "HybMSS-FD" or "HybMSS-CF"
+std::string name(Model model);              ///< "HybMSS", "HybMSS-FD", "HybMSS-CF" or "HybMSS-M"
 
 /// The body, its material and the plan's options that a row asks for.
 Lattice row_lattice(const BenchRow& row);
@@ -72,6 +73,9 @@ void check_layout(const std::string& layout);
 template <class Append>
 void for_rows(const RowChoices& choices, const std::array<int, 3>& mesh, Model model, int wall, const Append& append) {
     for (const std::string& layout : choices.layouts) {
+        if (model == Model::on_means && is_network(BenchRow{.layout = layout})) {
+            continue;
+        }
         for (InstructionSet set : choices.instruction_sets) {
             for (Precision precision : choices.precisions) {
                 for (int threads : choices.threads) {

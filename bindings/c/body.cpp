@@ -28,6 +28,15 @@ VolumeEnergy volume_energy(hybmss_volume_energy number) {
     }
 }
 
+SpringForm springs(hybmss_springs given) {
+    const auto number = static_cast<int>(given);
+    if (number != HYBMSS_SPRINGS_NODES && number != HYBMSS_SPRINGS_MEANS) {
+        throw std::invalid_argument("springs = " + std::to_string(number) +
+                                    " is not allowed: it must be 0 or 1 (HYBMSS_SPRINGS_...)");
+    }
+    return static_cast<SpringForm>(number);
+}
+
 Material material(const hybmss_material* given) {
     require(given, "material");
     const Material material = {given->young_modulus,
@@ -35,7 +44,8 @@ Material material(const hybmss_material* given) {
                                given->density,
                                given->face_diagonal_ratio,
                                volume_energy(given->volume_energy),
-                               {given->stiffening_quadratic, given->stiffening_cubic}};
+                               {given->stiffening_quadratic, given->stiffening_cubic},
+                               springs(given->springs)};
     validate(material);
     return material;
 }
@@ -85,7 +95,8 @@ extern "C" {
 
 hybmss_material hybmss_default_material(void) {
     const Material m;
-    return {m.young_modulus, m.poisson_ratio, m.density, m.face_diagonal_ratio, HYBMSS_VOLUME_AUTOMATIC, 0, 0};
+    return {m.young_modulus,     m.poisson_ratio, m.density, m.face_diagonal_ratio, HYBMSS_VOLUME_AUTOMATIC, 0, 0,
+            HYBMSS_SPRINGS_NODES};
 }
 
 hybmss_status hybmss_lattice_create(const int32_t cells[3], double cell_size, const float* scales, size_t scale_count,

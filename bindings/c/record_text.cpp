@@ -29,6 +29,8 @@
 namespace hybmss {
 namespace {
 
+/// Behind a material's volume energy, where its springs are.
+constexpr std::string_view kOnMeans = "on-means";
 constexpr std::string_view kVolumeEnergies[] = {"automatic", "quadratic", "mean-stretch", "none"};
 
 void append(std::string& text, double value) {
@@ -171,6 +173,12 @@ Material read_material(Reader& reader) {
         reader.refuse(quoted(energy) + " is no volume energy: automatic, quadratic, mean-stretch or none");
     }
     material.volume_energy = static_cast<VolumeEnergy>(known - std::begin(kVolumeEnergies));
+    if (!reader.at_end_of_line()) {
+        if (const std::string_view springs = reader.word(); springs != kOnMeans) {
+            reader.refuse(quoted(springs) + " says nothing of springs: on-means, or nothing");
+        }
+        material.springs = SpringForm::means;
+    }
     reader.end_line();
     validate(material);
     return material;
@@ -261,7 +269,11 @@ std::string record_text(const Record& record) {
                                m.stiffening.quadratic, m.stiffening.cubic}) {
         append(text, value);
     }
-    text.append(" ").append(kVolumeEnergies[static_cast<std::size_t>(m.volume_energy)]).append("\ntolerance");
+    text.append(" ").append(kVolumeEnergies[static_cast<std::size_t>(m.volume_energy)]);
+    if (m.springs == SpringForm::means) {
+        text.append(" ").append(kOnMeans);
+    }
+    text.append("\ntolerance");
     append(text, record.float_tolerance);
     append(text, record.double_tolerance);
     text += "\nnodes " + std::to_string(record.lattice.nodes().size()) + "\nstates " +

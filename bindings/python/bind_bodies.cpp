@@ -45,20 +45,25 @@ void bind_bodies(py::module_& module) {
         .value("quadratic", VolumeEnergy::quadratic)
         .value("mean_stretch", VolumeEnergy::mean_stretch)
         .value("none", VolumeEnergy::none);
+    py::enum_<SpringForm>(module, "SpringForm", "Where edges and face diagonals act.")
+        .value("nodes", SpringForm::nodes, "between nodes")
+        .value("means", SpringForm::means, "on the means of each cell (HybMSS-M)");
 
     py::class_<Material>(module, "Material", "An isotropic elastic material, SI units.")
         .def(py::init([](double young_modulus, double poisson_ratio, double density, double face_diagonal_ratio,
-                         VolumeEnergy volume_energy, double stiffening_quadratic, double stiffening_cubic) {
+                         VolumeEnergy volume_energy, double stiffening_quadratic, double stiffening_cubic,
+                         SpringForm springs) {
                  const Material material = {young_modulus, poisson_ratio,
                                             density,       face_diagonal_ratio,
-                                            volume_energy, {stiffening_quadratic, stiffening_cubic}};
+                                            volume_energy, {stiffening_quadratic, stiffening_cubic},
+                                            springs};
                  validate(material);
                  return material;
              }),
              py::kw_only(), py::arg("young_modulus") = 1e4, py::arg("poisson_ratio") = 0.25,
              py::arg("density") = 1000.0, py::arg("face_diagonal_ratio") = 1.0,
              py::arg("volume_energy") = VolumeEnergy::automatic, py::arg("stiffening_quadratic") = 0.0,
-             py::arg("stiffening_cubic") = 0.0,
+             py::arg("stiffening_cubic") = 0.0, py::arg("springs") = SpringForm::nodes,
              "Springs of strain e bear k l (e + stiffening_quadratic e^2 + stiffening_cubic e^3). Raises ValueError "
              "for a value that is not allowed.")
         .def_readonly("young_modulus", &Material::young_modulus, "E, Pa")
@@ -66,6 +71,7 @@ void bind_bodies(py::module_& module) {
         .def_readonly("density", &Material::density, "kg/m^3")
         .def_readonly("face_diagonal_ratio", &Material::face_diagonal_ratio, "A = k_f / k_c")
         .def_readonly("volume_energy", &Material::volume_energy)
+        .def_readonly("springs", &Material::springs)
         .def_property_readonly("stiffening_quadratic", [](const Material& m) { return m.stiffening.quadratic; })
         .def_property_readonly("stiffening_cubic", [](const Material& m) { return m.stiffening.cubic; });
 

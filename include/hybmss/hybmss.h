@@ -81,6 +81,12 @@ enum {
     HYBMSS_VOLUME_NONE = 3          /* springs only */
 };
 
+/* Where edges and face diagonals act. */
+typedef enum hybmss_springs {
+    HYBMSS_SPRINGS_NODES = 0, /* between nodes */
+    HYBMSS_SPRINGS_MEANS = 1  /* on the means of each cell (HybMSS-M); of lattices alone */
+} hybmss_springs;
+
 typedef struct hybmss_material {
     double young_modulus;       /* Pa, > 0 */
     double poisson_ratio;       /* in (-1, 1/2) */
@@ -90,9 +96,10 @@ typedef struct hybmss_material {
     /* Springs of strain e bear k l (e + quadratic e^2 + cubic e^3); 0 and 0: linear ones. Allowed is what leaves their
      * energy convex: cubic >= 0, 1 + 2 quadratic e + 3 cubic e^2 >= 0 for e >= -1. */
     double stiffening_quadratic, stiffening_cubic;
+    hybmss_springs springs;
 } hybmss_material;
 
-/* E = 1e4 Pa, nu = 0.25, 1000 kg/m^3, A = 1, automatic, linear springs. */
+/* E = 1e4 Pa, nu = 0.25, 1000 kg/m^3, A = 1, automatic, linear springs between nodes. */
 HYBMSS_EXPORT hybmss_material hybmss_default_material(void);
 
 /* A body at rest: its shape and its material. Immutable. */

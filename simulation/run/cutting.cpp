@@ -1,5 +1,6 @@
 #include "simulation/run/cutting.hpp"
 
+#include "hybmss/force_plan.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
@@ -100,6 +101,13 @@ Vector3 center_of(const BodyCell& cell, std::span<const Vector3> rest, std::span
 
 double cell_energy(const Material& material, double cell_size, double scale,
                    const std::array<Vector3, 8>& displacement) {
+    if (material.springs == SpringForm::means) {
+        PlanOptions options;
+        options.threads = 1;
+        const ForcePlan<double> cell(Lattice::box(1, 1, 1, cell_size), material, options);
+        const PotentialEnergy sum = cell.energy(VectorField<const double>::aos(displacement[0].data(), 8));
+        return scale * (sum.springs + sum.volume);
+    }
     const SpringConstants constants = spring_constants(material, cell_size);
     double energy = 0;
     for (unsigned a = 0; a < 8; ++a) {

@@ -16,15 +16,26 @@ std::string never_absent(const Scene&) {
     return "";
 }
 
+bool on_means(const Scene& scene) {
+    return scene.material.springs == SpringForm::means;
+}
+SpringCounts springs_of(const Simulation& s) {
+    return springs_of(s.lattice(), s.scene().material);
+}
 std::string edges(const Simulation& s) {
-    return printed("%zu: every cell has them", s.lattice().merged_springs(false).edges);
+    return printed("%zu: every cell has them", springs_of(s).edges);
 }
 std::string cube_diagonals(const Simulation& s) {
-    return printed("%zu: every cell has them", s.lattice().merged_springs(false).cube_diagonals);
+    return printed("%zu: every cell has them", springs_of(s).cube_diagonals);
 }
 std::string face_diagonals(const Simulation& s) {
-    return printed("%zu: face_diagonal_ratio = %g > 0", s.lattice().merged_springs(true).face_diagonals,
+    return printed("%zu: face_diagonal_ratio = %g > 0", springs_of(s).face_diagonals,
                    s.scene().material.face_diagonal_ratio);
+}
+std::string patterns(const Simulation& s) {
+    const PatternConstants k = pattern_constants(s.scene().material, s.lattice().cell_size());
+    return printed("springs on the means of each cell; its patterns bend with %.3g N/m and twist with %.3g N/m",
+                   k.bending, k.twist + k.joint_twist);
 }
 
 std::string volume_force(const Simulation& s) {
@@ -108,6 +119,11 @@ constexpr EffectRule kEffects[] = {
      "3 numbers a node", true, [](const Scene& s) { return s.material.face_diagonal_ratio > 0; }, face_diagonals,
      [](const Scene&) { return std::string("face_diagonal_ratio = 0 (HybMSS-FD)"); },
      [](Scene& s) { s.material.face_diagonal_ratio = 1; }, [](Scene& s) { s.material.face_diagonal_ratio = 0; }},
+    {"springs on means", "`material.springs = \"means\"`", "a sweep of its own", "",
+     "1 number a node in place of those of all springs", true, on_means, patterns,
+     [](const Scene&) { return std::string("springs = \"nodes\""); },
+     [](Scene& s) { s.material.springs = SpringForm::means; },
+     [](Scene& s) { s.material.springs = SpringForm::nodes; }},
     {"volume force", "`material.poisson_ratio` other than 1/4, unless `volume_energy = \"none\"`",
      "a variant of the sweep", "", "nothing", true,
      [](const Scene& s) { return resolved_volume_energy(s.material) != VolumeEnergy::none; }, volume_force,

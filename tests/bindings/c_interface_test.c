@@ -94,6 +94,9 @@ static void bodies(void) {
     material.volume_energy = 7;
     REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "volume_energy = 7");
     material = hybmss_default_material();
+    material.springs = 2;
+    REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "springs = 2");
+    material = hybmss_default_material();
     material.stiffening_quadratic = 2;
     REFUSED(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &untouched), "stiffening.quadratic = 2");
     EXPECT(untouched == NULL);

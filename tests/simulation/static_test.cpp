@@ -64,6 +64,28 @@ TEST(Static, beam_hangs_from_its_support) {
     EXPECT_NEAR(summary.probes.at(0).force[1], weight, 1e-6 * weight);
 }
 
+/// A bar of one cell across, ten long, pressed aside at its end: springs between nodes are 119 % too stiff there.
+TEST(Static, springs_on_means_bend_one_cell_across) {
+    for (const double across : {1.0, 2.0}) {
+        Scene scene = static_example("beam");
+        scene.body.cells = {static_cast<int>(across), static_cast<int>(across), static_cast<int>(10 * across)};
+        scene.body.cell_size = 1 / across;
+        scene.material.poisson_ratio = 0.3;
+        scene.material.face_diagonal_ratio = 0;
+        scene.material.springs = SpringForm::means;
+        scene.gravity = {};
+        Load& push = scene.loads.emplace_back();
+        push.where = scene.probes.at(1).where;
+        push.force = {0, -1e-6 * scene.material.young_modulus, 0};
+        const Summary summary = solved(scene);
+        ASSERT_TRUE(summary.converged) << summary.failure;
+        // Tip deflection by F / (E a), extrapolated from fine meshes of several forms. A force in equal parts is no
+        // uniform traction with more than one cell.
+        const double deflection = -summary.probes.at(1).mean_displacement[1] / 1e-6;
+        EXPECT_NEAR(4004.2 / deflection, 1, 0.015) << across;
+    }
+}
+
 TEST(Static, several_load_steps_lead_to_the_same_equilibrium) {
     Scene scene = static_example("compression_nu0499");
     scene.solver.load_steps = 4;

@@ -276,7 +276,7 @@ TEST_F(SurfaceFile, what_is_no_closed_surface_is_told) {
     EXPECT_NE(error_of("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "");
     EXPECT_EQ(error_of("fine.stl", binary_stl(sphere(1)), "1e-6").rfind("its grid is 2000000 x 2000000 x 2000000", 0),
               0u);
-    EXPECT_EQ(error_of("turned.stl", binary_stl(turned(sphere(1, {0, 0, 0}, 0))), "1"), "");
+    EXPECT_EQ(error_of("turned.stl", binary_stl(turned(sphere(1, {0, 0, 0}, 0))), "0.5"), "");
     EXPECT_EQ(error_of("small.stl", binary_stl(box({0, 0, 0}, {1, 1, 1})), "1"), "");
     EXPECT_EQ(error_of("far_too_small.stl", binary_stl(box({0, 0, 0}, {1, 2, 1})), "1e6")
                   .rfind("it is 2 m across, less than one cell: cell_size must be at most that", 0),
