@@ -1,5 +1,5 @@
 // Random small scenes: damped motion comes to rest where a static solve says; a damaged scene ends in an answer or in
-// one clear line. The counts by class are printed at the end.
+// one clear line, and `explain` judges it as `run` does. The counts by class are printed at the end.
 //
 // HYBMSS_RANDOM_SCENES=N draws N times as many; HYBMSS_SEED=S draws from another seed on.
 
@@ -313,6 +313,29 @@ protected:
         }
     }
 };
+
+TEST_F(RandomPrograms, explain_judges_as_run_does) {
+    for_each_scene(60, [&](Draw& draw) {
+        const RandomScene scene = test::random_motion(draw);
+        const bool damaged = draw.chance(0.5);
+        const std::string text =
+            damaged ? test::kDamages[draw.below(test::kDamages.size())].of(scene.text, draw) : scene.text;
+        write(scene, text);
+        test::ProgramResult ran;
+        const End end = run(scene, ran);
+        const test::ProgramResult explained = program("explain", scene.options);
+        const std::string errors = errors_of(explained.errors);
+        // What is refused is refused by both in the same words; what fails as it runs may fail as it is timed.
+        const bool alike = ran.exit_code == 2
+                               ? explained.exit_code == 2 && errors == errors_of(ran.errors)
+                               : explained.exit_code == 0 || (explained.exit_code == 1 && ran.exit_code == 1);
+        const bool right = end != End::wrong && alike && explained.output.find("nan") == std::string::npos &&
+                           explained.output.find("inf ") == std::string::npos;
+        counts().add("explain against run", !right ? End::wrong : ran.exit_code == 2 ? End::error : End::right);
+        EXPECT_TRUE(right) << "run: " << ran.exit_code << " " << ran.errors << "explain: " << explained.exit_code << " "
+                           << explained.errors << explained.output << text;
+    });
+}
 
 TEST_F(RandomPrograms, damaged_scenes_end_in_an_answer_or_one_line) {
     for_each_scene(300, [&](Draw& draw) {
