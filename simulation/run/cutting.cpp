@@ -1,10 +1,10 @@
 #include "simulation/run/cutting.hpp"
 
-#include "hybmss/force_plan.hpp"
 #include "simulation/geometry/cell_volume.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 
@@ -101,34 +101,79 @@ Vector3 center_of(const BodyCell& cell, std::span<const Vector3> rest, std::span
 
 double cell_energy(const Material& material, double cell_size, double scale,
                    const std::array<Vector3, 8>& displacement) {
-    if (material.springs == SpringForm::means) {
-        PlanOptions options;
-        options.threads = 1;
-        const ForcePlan<double> cell(Lattice::box(1, 1, 1, cell_size), material, options);
-        const PotentialEnergy sum = cell.energy(VectorField<const double>::aos(displacement[0].data(), 8));
-        return scale * (sum.springs + sum.volume);
-    }
     const SpringConstants constants = spring_constants(material, cell_size);
+    const bool means = material.springs == SpringForm::means;
     double energy = 0;
+    const auto add_spring = [&](double k, const Vector3& r, const Vector3& du) {
+        // q = |d|^2 - l^2 = 2 r.du + du.du,  |d| - l = q / (|d| + l)
+        double length2 = 0, q = 0;
+        for (unsigned axis = 0; axis < 3; ++axis) {
+            length2 += r[axis] * r[axis];
+            q += (2 * r[axis] + du[axis]) * du[axis];
+        }
+        const double stretch = q / (std::sqrt(std::max(length2 + q, 0.0)) + std::sqrt(length2));
+        const double e = stretch / std::sqrt(length2);
+        energy +=
+            k * length2 * e * e * (0.5 + e * (material.stiffening.quadratic / 3 + material.stiffening.cubic / 4 * e));
+    };
     for (unsigned a = 0; a < 8; ++a) {
         for (unsigned b = a + 1; b < 8; ++b) {
-            // q = |d|^2 - l^2 = 2 r.du + du.du,  |d| - l = q / (|d| + l)
-            double length2 = 0, q = 0;
-            for (unsigned axis = 0; axis < 3; ++axis) {
-                const double r =
-                    cell_size * (static_cast<double>(b >> axis & 1u) - static_cast<double>(a >> axis & 1u));
-                const double du = displacement[b][axis] - displacement[a][axis];
-                length2 += r * r;
-                q += (2 * r + du) * du;
+            const int axes = std::popcount(a ^ b);
+            if (means && axes < 3) {
+                continue;
             }
-            const double stretch = q / (std::sqrt(std::max(length2 + q, 0.0)) + std::sqrt(length2));
-            const double edges = std::round(length2 / (cell_size * cell_size));
-            const double k = edges == 1   ? constants.edge / 4
-                             : edges == 2 ? constants.face_diagonal / 2
-                                          : constants.cube_diagonal;
-            const double e = stretch / std::sqrt(length2);
-            energy += k * length2 * e * e *
-                      (0.5 + e * (material.stiffening.quadratic / 3 + material.stiffening.cubic / 4 * e));
+            Vector3 r{}, du{};
+            for (unsigned axis = 0; axis < 3; ++axis) {
+                r[axis] = cell_size * (static_cast<double>(b >> axis & 1u) - static_cast<double>(a >> axis & 1u));
+                du[axis] = displacement[b][axis] - displacement[a][axis];
+            }
+            add_spring(axes == 1   ? constants.edge / 4
+                       : axes == 2 ? constants.face_diagonal / 2
+                                   : constants.cube_diagonal,
+                       r, du);
+        }
+    }
+    if (means) {
+        // The changes of a, b, c and the patterns, as in PatternConstants.
+        std::array<Vector3, 3> change{}, pattern{};
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            const auto side = [corner](std::size_t axis) { return corner >> axis & 1u ? 1.0 : -1.0; };
+            for (std::size_t i = 0; i < 3; ++i) {
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const double u = displacement[corner][axis] - displacement[0][axis];
+                    change[i][axis] += side(i) / 4 * u;
+                    pattern[i][axis] += side((i + 1) % 3) * side((i + 2) % 3) / 8 * u;
+                }
+            }
+        }
+        for (int code = 14; code < 27; ++code) { // one of each direction and its opposite
+            const std::array<int, 3> sign = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
+            const int axes = sign[0] * sign[0] + sign[1] * sign[1] + sign[2] * sign[2];
+            Vector3 r{}, du{};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                r[axis] = cell_size * sign[axis];
+                du[axis] = sign[0] * change[0][axis] + sign[1] * change[1][axis] + sign[2] * change[2][axis];
+            }
+            if (axes < 3) {
+                add_spring(axes == 1 ? constants.edge : constants.face_diagonal, r, du);
+            }
+        }
+        const PatternConstants k = pattern_constants(material, cell_size);
+        double p[3][3] = {}, twist = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) {
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    p[i][j] += pattern[i][axis] * ((axis == j ? 1 : 0) + change[j][axis] / cell_size);
+                }
+            }
+            twist += p[i][i];
+        }
+        energy += k.joint_twist * twist * twist / 2;
+        for (std::size_t i = 0; i < 3; ++i) {
+            energy += k.twist * p[i][i] * p[i][i] / 2;
+            for (std::size_t j = 0; j < i; ++j) {
+                energy += k.bending * (p[i][j] * p[i][j] + p[j][i] * p[j][i] + 2 * k.coupling * p[i][j] * p[j][i]) / 2;
+            }
         }
     }
     if (const VolumeEnergy kind = resolved_volume_energy(material); kind != VolumeEnergy::none) {

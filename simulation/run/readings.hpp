@@ -38,10 +38,11 @@ ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, 
                         std::span<const Vector3> support);
 
 /// By how much a lattice is too stiff where a state bends or twists within its cells, over the stiffness of cells
-/// without end; 0 where every cell is deformed alike all over, or nothing is deformed beyond rounding by `epsilon`.
-/// Springs on node lines sum up a quadratic by trapezoids: with n cells across a bent bar they have (1 + 2/n^2) of its
-/// energy. The part within cells, which is all that a cell's mean deformation does not have, is 3/n^2 of it: so two
-/// thirds of that part are too much, whatever the shape and the load. Told by 20,000 cells at most.
+/// without end; 0 with springs on means, where every cell is deformed alike all over, and where nothing is deformed
+/// beyond rounding by `epsilon`. Springs on node lines sum up a quadratic by trapezoids: with n cells across a bent bar
+/// they have (1 + 2/n^2) of its energy. The part within cells, which is all that a cell's mean deformation does not
+/// have, is 3/n^2 of it: so two thirds of that part are too much, whatever the shape and the load. Told by 20,000 cells
+/// at most.
 double excess_stiffness(const Lattice& lattice, const Material& material,
                         std::span<const std::array<std::uint32_t, 8>> cells, std::span<const Vector3> displacements,
                         double epsilon);

@@ -49,12 +49,13 @@ std::string_view name(Kind kind) {
 }
 
 std::string_view name(Model model) {
-    constexpr std::string_view names[] = {"HybMSS-FD", "HybMSS-CF", "HybMSS"};
+    constexpr std::string_view names[] = {"HybMSS-FD", "HybMSS-CF", "HybMSS", "HybMSS-M"};
     return names[static_cast<std::size_t>(model)];
 }
 
 Material with_model(Material material, Model model) {
-    material.face_diagonal_ratio = model == Model::hybmss_fd ? 0 : 1;
+    material.face_diagonal_ratio = model == Model::hybmss_fd || model == Model::hybmss_m ? 0 : 1;
+    material.springs = model == Model::hybmss_m ? SpringForm::means : SpringForm::nodes;
     if (model == Model::hybmss_cf) {
         material.volume_energy = VolumeEnergy::none;
     }

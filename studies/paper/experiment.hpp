@@ -24,15 +24,17 @@ enum class Kind {
 /// "compression", ...
 std::string_view name(Kind kind);
 
-/// The paper's variants of the model.
+/// The paper's variants of the model, and springs on means.
 enum class Model {
     hybmss_fd, ///< A = 0: no face diagonals
     hybmss_cf, ///< no volume force
-    hybmss     ///< A = 1, with volume force
+    hybmss,    ///< A = 1, with volume force
+    hybmss_m   ///< A = 0, springs on means, with volume force
 };
+/// The paper's.
 inline constexpr Model kModels[] = {Model::hybmss_fd, Model::hybmss_cf, Model::hybmss};
 
-/// "HybMSS-FD", "HybMSS-CF" or "HybMSS".
+/// "HybMSS-FD", "HybMSS-CF", "HybMSS" or "HybMSS-M".
 std::string_view name(Model model);
 
 /// The material of a variant: E and nu stay.
