@@ -28,8 +28,7 @@ VolumeEnergy volume_energy(hybmss_volume_energy number) {
     }
 }
 
-SpringForm springs(hybmss_springs given) {
-    const auto number = static_cast<int>(given);
+SpringForm springs(hybmss_springs number) {
     if (number != HYBMSS_SPRINGS_NODES && number != HYBMSS_SPRINGS_MEANS) {
         throw std::invalid_argument("springs = " + std::to_string(number) +
                                     " is not allowed: it must be 0 or 1 (HYBMSS_SPRINGS_...)");

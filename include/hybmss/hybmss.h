@@ -82,10 +82,11 @@ enum {
 };
 
 /* Where edges and face diagonals act. */
-typedef enum hybmss_springs {
+typedef int32_t hybmss_springs;
+enum {
     HYBMSS_SPRINGS_NODES = 0, /* between nodes */
     HYBMSS_SPRINGS_MEANS = 1  /* on the means of each cell (HybMSS-M); of lattices alone */
-} hybmss_springs;
+};
 
 typedef struct hybmss_material {
     double young_modulus;       /* Pa, > 0 */
