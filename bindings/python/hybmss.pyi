@@ -18,6 +18,10 @@ class VolumeEnergy(enum.Enum):
     mean_stretch: int
     none: int
 
+class SpringForm(enum.Enum):
+    nodes: int
+    means: int
+
 class Material:
     def __init__(
         self,
@@ -29,6 +33,7 @@ class Material:
         volume_energy: VolumeEnergy = ...,
         stiffening_quadratic: float = 0.0,
         stiffening_cubic: float = 0.0,
+        springs: SpringForm = ...,
     ) -> None: ...
     @property
     def young_modulus(self) -> float: ...
@@ -40,6 +45,8 @@ class Material:
     def face_diagonal_ratio(self) -> float: ...
     @property
     def volume_energy(self) -> VolumeEnergy: ...
+    @property
+    def springs(self) -> SpringForm: ...
     @property
     def stiffening_quadratic(self) -> float: ...
     @property

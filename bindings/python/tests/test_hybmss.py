@@ -253,7 +253,7 @@ def test_stubs_name_what_the_module_has():
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     assert set(classes) == {name for name, value in vars(hybmss).items() if inspect.isclass(value)}
     for name, node in classes.items():
-        if name.endswith("Error") or name == "VolumeEnergy":
+        if name.endswith("Error") or name in ("VolumeEnergy", "SpringForm"):
             continue
         stub = {m.name for m in node.body if isinstance(m, ast.FunctionDef)}
         stub |= {m.target.id for m in node.body if isinstance(m, ast.AnnAssign)}
