@@ -57,7 +57,9 @@ bool all_finite(const Yardstick& body) {
 }
 
 Yardstick moving_yardstick(const Lattice& lattice, const Material& material) {
-    Yardstick body = make_yardstick(Network::from_lattice(lattice, material));
+    Material between_nodes = material; // as people would write it
+    between_nodes.springs = SpringForm::nodes;
+    Yardstick body = make_yardstick(Network::from_lattice(lattice, between_nodes));
     const std::vector<double> u = random_displacements<double>(body.nodes.size(), lattice.cell_size());
     for (std::size_t n = 0; n < body.nodes.size(); ++n) {
         Vector3& x = body.nodes[n].position;
