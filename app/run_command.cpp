@@ -148,10 +148,11 @@ void report_end(const RunArguments& arguments, const Simulation& simulation, con
     }
     if (summary.volume.min_cell_volume_ratio <= 0) {
         // An inverted cell can hold a lattice in a false equilibrium, so a settled result needs this word of caution.
-        fmt::print(stderr,
-                   "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); gentler motions and "
-                   "loads may help\n",
-                   arguments.scene, summary.volume.min_cell_volume_ratio);
+        fmt::print(stderr, "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); {}\n",
+                   arguments.scene, summary.volume.min_cell_volume_ratio,
+                   simulation.scene().material.crush.any()
+                       ? "a higher material.crush_resistance or gentler motions and loads may help"
+                       : "material.crush_resistance = 20 keeps cells from that; so may gentler motions and loads");
     }
     for (const std::string& warning : summary.warnings) {
         fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, warning);

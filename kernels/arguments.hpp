@@ -29,6 +29,9 @@ enum class SpringLaw {
     damping,            ///< k (n.p) n: for p the velocity, the force of a dashpot k by the time it lags
     stiffening,         ///< k l g(e) n: the derivative of the energy k l^2 (quadratic e^3/3 + cubic e^4/4)
     stiffening_tangent, ///< H p of that energy: k [ g/(1 + e) (I - n n^T) + g' n n^T ] p
+    // Not of springs but of cells below the volume ratio J0, with the energy crush V0 (J0 - J)^3 / 3:
+    crush,         ///< its derivative
+    crush_tangent, ///< its H p
 };
 
 /// What a lattice's sweep of second derivatives sums up.
@@ -186,6 +189,7 @@ struct LatticeHessianLayer {
     const VectorNeighbors* neighbors; ///< as in LatticeLayer for active-rows; null for flat rows
     std::ptrdiff_t upper_lanes;       ///< as in LatticeLayer; for active-rows
     StiffeningConstants<T> stiffening;
+    T crush_bound; ///< J0 - 1; of the laws of crushed cells, whose modulus is in volume_ratio in place of kappa
 };
 
 /// Nodes of a network as separate arrays; m.

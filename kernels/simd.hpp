@@ -305,6 +305,12 @@ HYBMSS_INLINE double sum_in_double(V v) {
     return sum;
 }
 
+/// Whether any lane is above zero.
+template <class V>
+HYBMSS_INLINE bool any_positive(V v) {
+    return xsimd::any(v > splat<V>(0));
+}
+
 /// `value` where gate > 0, else 0.
 template <class V>
 HYBMSS_INLINE V where_positive(V gate, V value) {

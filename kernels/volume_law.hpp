@@ -83,5 +83,15 @@ HYBMSS_INLINE V volume_energy(V j) {
     }
 }
 
+/// Of what resists being crushed, (J0 - J)^3 / 3: as a function of how far J is below J0, >= 0.
+template <class V>
+HYBMSS_INLINE VolumeDerivatives<V> crush_derivatives(V depth) {
+    return {splat<V>(0) - depth * depth, depth + depth};
+}
+template <class V>
+HYBMSS_INLINE V crush_energy(V depth) {
+    return splat<V>(static_cast<Scalar<V>>(1.0 / 3.0)) * (depth * depth * depth);
+}
+
 } // namespace
 } // namespace hybmss::kernels

@@ -26,6 +26,10 @@ void validate(const Material& m) {
     require(m.face_diagonal_ratio >= 0 && m.face_diagonal_ratio <= 1e6, "face_diagonal_ratio", m.face_diagonal_ratio,
             "finite and at least 0 (at most 1e6)");
     validate(m.stiffening);
+    require(m.crush.stiffness >= 0 && m.crush.stiffness <= 1e6, "crush.stiffness", m.crush.stiffness,
+            "at least 0 (at most 1e6)");
+    require(!m.crush.any() || (m.crush.ratio > 0 && m.crush.ratio < 1), "crush.ratio", m.crush.ratio,
+            "inside (0, 1), both ends excluded");
 }
 
 // The slope 1 + 2 a e + 3 b e^2 is convex for b >= 0. Its minimum over e >= -1 is at e = -a/(3b) where that is above
@@ -54,6 +58,10 @@ double shear_modulus(const Material& m) {
 
 double volume_modulus(const Material& m) {
     return shear_modulus(m) * (4.0 * m.poisson_ratio - 1.0) / (1.0 - 2.0 * m.poisson_ratio);
+}
+
+double crush_modulus(const Material& m) {
+    return m.crush.any() ? shear_modulus(m) * m.crush.stiffness / (m.crush.ratio * m.crush.ratio) : 0;
 }
 
 SpringConstants spring_constants(const Material& m, double cell_size) {

@@ -124,8 +124,9 @@ Body assemble(const Lattice& lattice, const Material& material) {
                 springs.try_emplace({a, b}, Spring{a, b, rest_vector, 0.0}).first->second.stiffness += stiffness;
             }
         }
-        if (body.volume_energy != VolumeEnergy::none) {
-            body.cells.push_back({nodes, h * Matrix3d::Identity(), cell_kappa * scale});
+        if (body.volume_energy != VolumeEnergy::none || material.crush.any()) {
+            body.cells.push_back({nodes, h * Matrix3d::Identity(), cell_kappa * scale,
+                                  modulus * material.crush.stiffness * scale, material.crush.ratio});
         }
     });
     for (const auto& entry : springs) {

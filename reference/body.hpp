@@ -27,8 +27,9 @@ struct Spring {
 /// A hexahedron. Corner number bits: bit 0 = high side in x, bit 1 = y, bit 2 = z.
 struct Cell {
     std::array<int, 8> nodes;
-    Matrix3d rest_edges; ///< columns a0, b0, c0: the means of the four parallel edges at rest, m
-    double kappa;        ///< Pa
+    Matrix3d rest_edges;               ///< columns a0, b0, c0: the means of the four parallel edges at rest, m
+    double kappa;                      ///< Pa
+    double crush = 0, crush_ratio = 0; ///< G beta in Pa, and J0: of what resists being crushed
 };
 
 /// The springs of a cube of HybMSS-M on its mean edges a, b, c, and what holds the patterns that these do not see.
@@ -43,8 +44,8 @@ struct Body {
     std::vector<Vector3d> rest; ///< rest positions X, m
     std::vector<double> mass;   ///< kg, one a node
     std::vector<Spring> springs;
-    std::vector<MeanSprings> mean_springs; ///< of SpringForm::means; its cube diagonals are springs
-    std::vector<Cell> cells;               ///< those with a volume energy; empty where volume_energy is `none`
+    std::vector<MeanSprings> mean_springs;           ///< of SpringForm::means; its cube diagonals are springs
+    std::vector<Cell> cells;                         ///< those with a volume energy, or that resist being crushed
     VolumeEnergy volume_energy = VolumeEnergy::none; ///< never `automatic`
     SpringStiffening stiffening = {};                ///< of all springs
 };

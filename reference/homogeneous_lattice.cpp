@@ -14,7 +14,13 @@ namespace hybmss::reference {
 HomogeneousLattice::HomogeneousLattice(const Material& material, const Matrix3d& deformation)
     : deformation_(deformation), form_(material.springs),
       hourglass_(reference::hourglass_stiffness(material.young_modulus, material.poisson_ratio, 1)),
-      volume_energy_(resolve_volume_energy(material)), kappa_(kappa(material.young_modulus, material.poisson_ratio)) {
+      volume_energy_(resolve_volume_energy(material)), cell_{{},
+                                                             Matrix3d::Identity(),
+                                                             kappa(material.young_modulus, material.poisson_ratio),
+                                                             material.crush.stiffness *
+                                                                 shear_modulus(material.young_modulus,
+                                                                               material.poisson_ratio),
+                                                             material.crush.ratio} {
     const double g = shear_modulus(material.young_modulus, material.poisson_ratio);
     const double ratio = material.face_diagonal_ratio;
     const double stiffness[] = {edge_stiffness(g, ratio, 1), face_diagonal_stiffness(g, ratio, 1),
@@ -29,20 +35,20 @@ HomogeneousLattice::HomogeneousLattice(const Material& material, const Matrix3d&
     cofactor_ << b.cross(c), c.cross(a), a.cross(b);
 }
 
-// W = sum over the 13 spring vectors + kappa phi(det F)
+// W = sum over the 13 spring vectors + w(det F), w = kappa phi and what resists being crushed
 double HomogeneousLattice::energy_density() const {
     const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
-    double sum = kappa_ * phi(volume_energy_, j);
+    double sum = volume_energy_density(volume_energy_, cell_, j);
     for (const SpringVector& spring : springs_) {
         sum += spring.energy;
     }
     return sum;
 }
 
-// P = sum k t d r^T + kappa phi'(J) cof F
+// P = sum k t d r^T + w'(J) cof F
 Matrix3d HomogeneousLattice::stress() const {
     const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
-    Matrix3d sum = kappa_ * phi_derivative(volume_energy_, j) * cofactor_;
+    Matrix3d sum = volume_derivatives(volume_energy_, cell_, j).first * cofactor_;
     for (const SpringVector& spring : springs_) {
         sum += spring.tension * spring.rest.transpose();
     }
@@ -51,9 +57,9 @@ Matrix3d HomogeneousLattice::stress() const {
 
 // Springs: 2 (1 - cos q.r) k [t I + (1 - t) n n^T] for each of the 13 vectors.
 // Cells: the edges change by da_e = 2 i s_e U with s_x = sin(qx/2) cos(qy/2) cos(qz/2), likewise s_y and s_z (5.14), so
-//   kappa phi''/V0 w w^T,  w = 2 (s_x b x c + s_y c x a + s_z a x b),
+//   w''/V0 v v^T,  v = 2 (s_x b x c + s_y c x a + s_z a x b),
 // and edges and face diagonals on means change by dd = 2 i (r.s) U: 4 (r.s)^2 k [t I + (1 - t) n n^T].
-// The term of phi' d^2 V' drops out: s_e s_f is symmetric in e and f and d^2 V'/de df is antisymmetric.
+// The term of w' d^2 V' drops out: s_e s_f is symmetric in e and f and d^2 V'/de df is antisymmetric.
 Matrix3d HomogeneousLattice::wave_stiffness(const Vector3d& phase) const {
     const Vector3d sine = (phase / 2).array().sin(), cosine = (phase / 2).array().cos();
     const Vector3d s(sine.x() * cosine.y() * cosine.z(), sine.y() * cosine.z() * cosine.x(),
@@ -69,8 +75,8 @@ Matrix3d HomogeneousLattice::wave_stiffness(const Vector3d& phase) const {
         sum += hourglass_stiffness(sine, cosine);
     }
     const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
-    const Vector3d w = 2 * cofactor_ * s;
-    return sum + kappa_ * phi_second_derivative(volume_energy_, j) * w * w.transpose();
+    const Vector3d v = 2 * cofactor_ * s;
+    return sum + volume_derivatives(volume_energy_, cell_, j).second * v * v.transpose();
 }
 
 // The patterns change by dg_i = -c_i U with c_1 = cos(qx/2) sin(qy/2) sin(qz/2), likewise c_2 and c_3; they are zero
@@ -94,15 +100,15 @@ Matrix3d HomogeneousLattice::hourglass_stiffness(const Vector3d& sine, const Vec
     return sum;
 }
 
-// Q(n) = sum (n.r)^2 k [t I + (1 - t) n_d n_d^T] + kappa phi'' w w^T,  w = cof(F) n
+// Q(n) = sum (n.r)^2 k [t I + (1 - t) n_d n_d^T] + w'' v v^T,  v = cof(F) n
 Matrix3d HomogeneousLattice::acoustic_tensor(const Vector3d& direction) const {
     Matrix3d sum = Matrix3d::Zero();
     for (const SpringVector& spring : springs_) {
         sum += std::pow(direction.dot(spring.rest), 2) * spring.hessian;
     }
     const double j = volume_ratio_change(Matrix3d::Identity(), deformation_ - Matrix3d::Identity());
-    const Vector3d w = cofactor_ * direction;
-    return sum + kappa_ * phi_second_derivative(volume_energy_, j) * w * w.transpose();
+    const Vector3d v = cofactor_ * direction;
+    return sum + volume_derivatives(volume_energy_, cell_, j).second * v * v.transpose();
 }
 
 } // namespace hybmss::reference

@@ -44,7 +44,7 @@ private:
     HourglassStiffness hourglass_;
     std::array<SpringVector, 13> springs_;
     VolumeEnergy volume_energy_;
-    double kappa_;
+    Cell cell_;         ///< of the edge 1
     Matrix3d cofactor_; ///< columns b x c, c x a, a x b: the derivatives of V'
 };
 

@@ -43,6 +43,32 @@ Magnitudes magnitudes(const Cell& cell, const Corners& u) {
     return m;
 }
 
+/// How far below J0 a cell is, J0 - J, or 0.
+double crushed_by(const Cell& cell, double j) {
+    return cell.crush > 0 ? std::max(cell.crush_ratio - 1 - j, 0.0) : 0;
+}
+
+// kappa phi(J)
+VolumeDerivatives phi_derivatives(VolumeEnergy energy, const Cell& cell, double j) {
+    return {cell.kappa * phi_derivative(energy, j), cell.kappa * phi_second_derivative(energy, j),
+            cell.kappa * phi_third_derivative(energy, j)};
+}
+// crush (J0 - J)^3 / (3 J0^2)
+VolumeDerivatives crush_derivatives(const Cell& cell, double j) {
+    const double depth = crushed_by(cell, j);
+    if (depth == 0) {
+        return {0, 0, 0};
+    }
+    const double modulus = cell.crush / (cell.crush_ratio * cell.crush_ratio);
+    return {-modulus * depth * depth, 2 * modulus * depth, -2 * modulus};
+}
+/// The sizes of both, which may cancel.
+VolumeDerivatives derivative_sizes(VolumeEnergy energy, const Cell& cell, double j) {
+    const VolumeDerivatives volume = phi_derivatives(energy, cell, j), crush = crush_derivatives(cell, j);
+    return {std::abs(volume.first) + std::abs(crush.first), std::abs(volume.second) + std::abs(crush.second),
+            std::abs(volume.third) + std::abs(crush.third)};
+}
+
 /// sqrt(|b|^2 |c|^2 + |c|^2 |a|^2 + |a|^2 |b|^2) / 4: the size of a gradient of V'.
 double gradient_size(const Vector3d& length) {
     return Vector3d(length[1] * length[2], length[2] * length[0], length[0] * length[1]).norm() / 4;
@@ -169,24 +195,37 @@ Matrix24d volume_hessian(const Matrix3d& edges) {
     return hessian;
 }
 
-// W = kappa V0 phi(J)
-double cell_energy(VolumeEnergy energy, const Cell& cell, const Corners& u) {
-    const double j = volume_ratio_change(cell.rest_edges, mean_edges(u));
-    return cell.kappa * volume(cell.rest_edges) * phi(energy, j);
+// kappa phi(J) + crush (J0 - J)^3 / (3 J0^2) below J0
+double volume_energy_density(VolumeEnergy energy, const Cell& cell, double j) {
+    const double depth = crushed_by(cell, j);
+    const double crush = depth > 0 ? cell.crush * depth * depth * depth / (3 * cell.crush_ratio * cell.crush_ratio) : 0;
+    return cell.kappa * phi(energy, j) + crush;
 }
 
-// f_i = -kappa phi'(J) dV'/dx_i
+VolumeDerivatives volume_derivatives(VolumeEnergy energy, const Cell& cell, double j) {
+    const VolumeDerivatives volume = phi_derivatives(energy, cell, j), crush = crush_derivatives(cell, j);
+    return {volume.first + crush.first, volume.second + crush.second, volume.third + crush.third};
+}
+
+// With W = V0 w(J), w the density above and w' its derivatives by J:
+double cell_energy(VolumeEnergy energy, const Cell& cell, const Corners& u) {
+    const double j = volume_ratio_change(cell.rest_edges, mean_edges(u));
+    return volume(cell.rest_edges) * volume_energy_density(energy, cell, j);
+}
+
+// f_i = -w' dV'/dx_i
 Corners cell_forces(VolumeEnergy energy, const Cell& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u);
     const double j = volume_ratio_change(cell.rest_edges, change);
+    const double slope = volume_derivatives(energy, cell, j).first;
     Corners forces = volume_gradient(cell.rest_edges + change);
     for (Vector3d& f : forces) {
-        f *= -cell.kappa * phi_derivative(energy, j);
+        f *= -slope;
     }
     return forces;
 }
 
-// d^2 W / dx_i dx_j = kappa [ phi''/V0 (dV'/dx_i)(dV'/dx_j)^T + phi' d^2 V'/dx_i dx_j ]
+// d^2 W / dx_i dx_j = w''/V0 (dV'/dx_i)(dV'/dx_j)^T + w' d^2 V'/dx_i dx_j
 Matrix24d cell_hessian(VolumeEnergy energy, const Cell& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u);
     const double j = volume_ratio_change(cell.rest_edges, change);
@@ -195,20 +234,18 @@ Matrix24d cell_hessian(VolumeEnergy energy, const Cell& cell, const Corners& u) 
     for (std::size_t i = 0; i < 8; ++i) {
         g.segment<3>(static_cast<Eigen::Index>(3 * i)) = gradient[i];
     }
-    const double curvature = phi_second_derivative(energy, j) / volume(cell.rest_edges);
-    return cell.kappa *
-           (curvature * g * g.transpose() + phi_derivative(energy, j) * volume_hessian(cell.rest_edges + change));
+    const VolumeDerivatives w = volume_derivatives(energy, cell, j);
+    return w.second / volume(cell.rest_edges) * g * g.transpose() + w.first * volume_hessian(cell.rest_edges + change);
 }
 
-// |kappa| (|phi'| + |phi''| j*) |grad V'|
+// (|w'| + |w''| j*) |grad V'|, what may cancel in w' and w'' by its sizes
 double cell_force_scale(VolumeEnergy energy, const Cell& cell, const Corners& u) {
     const Magnitudes m = magnitudes(cell, u);
-    return std::abs(cell.kappa) *
-           (std::abs(phi_derivative(energy, m.j)) + std::abs(phi_second_derivative(energy, m.j)) * m.j_terms) *
-           gradient_size(m.length);
+    const VolumeDerivatives size = derivative_sizes(energy, cell, m.j);
+    return (size.first + size.second * m.j_terms) * gradient_size(m.length);
 }
 
-// |kappa| [ (|phi''| + |phi'''| j*) dV*/V0 |grad V'| + (|phi'| + |phi''| j*) dg* ],  dV* = |pa| |b| |c| + ...,
+// (|w''| + |w'''| j*) dV*/V0 |grad V'| + (|w'| + |w''| j*) dg*,  dV* = |pa| |b| |c| + ...,
 // dg* = (|pb| |c| + |b| |pc| + ...) / 4 with pa, pb, pc the changes of the edges by p
 double cell_product_scale(VolumeEnergy energy, const Cell& cell, const Corners& u, const Corners& p) {
     const Magnitudes m = magnitudes(cell, u);
@@ -220,11 +257,10 @@ double cell_product_scale(VolumeEnergy energy, const Cell& cell, const Corners& 
         volume_change += size * one * other;
         gradient_change += size * (one + other) / 4;
     }
-    const double slope = std::abs(phi_derivative(energy, m.j));
-    const double curvature = std::abs(phi_second_derivative(energy, m.j));
-    const double along = curvature + std::abs(phi_third_derivative(energy, m.j)) * m.j_terms;
-    return std::abs(cell.kappa) * (along * volume_change / volume(cell.rest_edges) * gradient_size(m.length) +
-                                   (slope + curvature * m.j_terms) * gradient_change);
+    const VolumeDerivatives size = derivative_sizes(energy, cell, m.j);
+    const double along = size.second + size.third * m.j_terms;
+    return along * volume_change / volume(cell.rest_edges) * gradient_size(m.length) +
+           (size.first + size.second * m.j_terms) * gradient_change;
 }
 
 } // namespace hybmss::reference

@@ -41,6 +41,15 @@ Corners volume_gradient(const Matrix3d& edges);
 /// d^2 V'/dx_i dx_j, m; row and column 3 corner + axis.
 Matrix24d volume_hessian(const Matrix3d& edges);
 
+/// The energy of a cell's volume by its rest volume, Pa: kappa phi(J), and below J0 what resists being crushed.
+double volume_energy_density(VolumeEnergy energy, const Cell& cell, double j);
+
+/// Its derivatives by J, Pa.
+struct VolumeDerivatives {
+    double first, second, third;
+};
+VolumeDerivatives volume_derivatives(VolumeEnergy energy, const Cell& cell, double j);
+
 /// The cell's energy, J, at the corner displacements u, m.
 double cell_energy(VolumeEnergy energy, const Cell& cell, const Corners& u);
 

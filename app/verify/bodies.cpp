@@ -107,6 +107,11 @@ std::vector<Named<Material>> materials() {
         m.stiffening = {1, 3};
         m.volume_energy = ratio == 0.0 ? VolumeEnergy::none : VolumeEnergy::quadratic;
         all.push_back({prefix + "stiffening", m});
+        if (ratio == (springs == SpringForm::means ? 0.0 : 1.0)) {
+            // With stiffening, one pass beside another; a ratio that small strains come below too.
+            m.crush = {20, 0.995};
+            all.push_back({prefix + "crush", m});
+        }
     }
     return all;
 }

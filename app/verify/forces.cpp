@@ -138,11 +138,12 @@ std::vector<RowKey> kernel_keys(const TestBody& body, const std::vector<Instruct
     // What no plan takes by itself, a network's layouts but the first, would make the matrix half as long again on the
     // largest lattices.
     constexpr std::size_t kLarge = 5000;
-    const bool on_means = body.material.springs == SpringForm::means; // which no network has
-    if (body.lattice && (on_means || body.lattice->cell_count() > kLarge)) {
+    // Which no network has.
+    const bool lattice_alone = body.material.springs == SpringForm::means || body.material.crush.any();
+    if (body.lattice && (lattice_alone || body.lattice->cell_count() > kLarge)) {
         const std::vector<std::string> networks = network_layouts();
         std::erase_if(layouts, [&](const std::string& layout) {
-            return std::find(networks.begin() + (on_means ? 0 : 1), networks.end(), layout) != networks.end();
+            return std::find(networks.begin() + (lattice_alone ? 0 : 1), networks.end(), layout) != networks.end();
         });
     }
     std::vector<RowKey> keys;

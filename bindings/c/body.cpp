@@ -44,7 +44,8 @@ Material material(const hybmss_material* given) {
                                given->face_diagonal_ratio,
                                volume_energy(given->volume_energy),
                                {given->stiffening_quadratic, given->stiffening_cubic},
-                               springs(given->springs)};
+                               springs(given->springs),
+                               {given->crush_resistance, given->crush_ratio}};
     validate(material);
     return material;
 }
@@ -94,8 +95,8 @@ extern "C" {
 
 hybmss_material hybmss_default_material(void) {
     const Material m;
-    return {m.young_modulus,     m.poisson_ratio, m.density, m.face_diagonal_ratio, HYBMSS_VOLUME_AUTOMATIC, 0, 0,
-            HYBMSS_SPRINGS_NODES};
+    return {m.young_modulus,      m.poisson_ratio,   m.density,    m.face_diagonal_ratio, HYBMSS_VOLUME_AUTOMATIC, 0, 0,
+            HYBMSS_SPRINGS_NODES, m.crush.stiffness, m.crush.ratio};
 }
 
 hybmss_status hybmss_lattice_create(const int32_t cells[3], double cell_size, const float* scales, size_t scale_count,

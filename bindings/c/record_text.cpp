@@ -31,6 +31,7 @@ namespace {
 
 /// Behind a material's volume energy, where its springs are.
 constexpr std::string_view kOnMeans = "on-means";
+constexpr std::string_view kCrush = "crush"; // and its stiffness and ratio
 constexpr std::string_view kVolumeEnergies[] = {"automatic", "quadratic", "mean-stretch", "none"};
 
 void append(std::string& text, double value) {
@@ -173,11 +174,14 @@ Material read_material(Reader& reader) {
         reader.refuse(quoted(energy) + " is no volume energy: automatic, quadratic, mean-stretch or none");
     }
     material.volume_energy = static_cast<VolumeEnergy>(known - std::begin(kVolumeEnergies));
-    if (!reader.at_end_of_line()) {
-        if (const std::string_view springs = reader.word(); springs != kOnMeans) {
-            reader.refuse(quoted(springs) + " says nothing of springs: on-means, or nothing");
+    while (!reader.at_end_of_line()) {
+        if (const std::string_view word = reader.word(); word == kOnMeans) {
+            material.springs = SpringForm::means;
+        } else if (word == kCrush) {
+            material.crush = {reader.number<double>(), reader.number<double>()};
+        } else {
+            reader.refuse(quoted(word) + " says nothing of a material: on-means, crush, or nothing");
         }
-        material.springs = SpringForm::means;
     }
     reader.end_line();
     validate(material);
@@ -272,6 +276,11 @@ std::string record_text(const Record& record) {
     text.append(" ").append(kVolumeEnergies[static_cast<std::size_t>(m.volume_energy)]);
     if (m.springs == SpringForm::means) {
         text.append(" ").append(kOnMeans);
+    }
+    if (m.crush.any()) {
+        text.append(" ").append(kCrush);
+        append(text, m.crush.stiffness);
+        append(text, m.crush.ratio);
     }
     text.append("\ntolerance");
     append(text, record.float_tolerance);

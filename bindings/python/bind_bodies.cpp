@@ -52,11 +52,11 @@ void bind_bodies(py::module_& module) {
     py::class_<Material>(module, "Material", "An isotropic elastic material, SI units.")
         .def(py::init([](double young_modulus, double poisson_ratio, double density, double face_diagonal_ratio,
                          VolumeEnergy volume_energy, double stiffening_quadratic, double stiffening_cubic,
-                         SpringForm springs) {
+                         SpringForm springs, double crush_resistance, double crush_ratio) {
                  const Material material = {young_modulus, poisson_ratio,
                                             density,       face_diagonal_ratio,
                                             volume_energy, {stiffening_quadratic, stiffening_cubic},
-                                            springs};
+                                            springs,       {crush_resistance, crush_ratio}};
                  validate(material);
                  return material;
              }),
@@ -64,8 +64,10 @@ void bind_bodies(py::module_& module) {
              py::arg("density") = 1000.0, py::arg("face_diagonal_ratio") = 1.0,
              py::arg("volume_energy") = VolumeEnergy::automatic, py::arg("stiffening_quadratic") = 0.0,
              py::arg("stiffening_cubic") = 0.0, py::arg("springs") = SpringForm::nodes,
-             "Springs of strain e bear k l (e + stiffening_quadratic e^2 + stiffening_cubic e^3). Raises ValueError "
-             "for a value that is not allowed.")
+             py::arg("crush_resistance") = 0.0, py::arg("crush_ratio") = 0.7,
+             "Springs of strain e bear k l (e + stiffening_quadratic e^2 + stiffening_cubic e^3). Cells below the "
+             "volume ratio J0 = crush_ratio store G V0 crush_resistance (J0 - J)^3 / (3 J0^2). Raises ValueError for a "
+             "value that is not allowed.")
         .def_readonly("young_modulus", &Material::young_modulus, "E, Pa")
         .def_readonly("poisson_ratio", &Material::poisson_ratio, "nu, in (-1, 1/2)")
         .def_readonly("density", &Material::density, "kg/m^3")
@@ -73,7 +75,9 @@ void bind_bodies(py::module_& module) {
         .def_readonly("volume_energy", &Material::volume_energy)
         .def_readonly("springs", &Material::springs)
         .def_property_readonly("stiffening_quadratic", [](const Material& m) { return m.stiffening.quadratic; })
-        .def_property_readonly("stiffening_cubic", [](const Material& m) { return m.stiffening.cubic; });
+        .def_property_readonly("stiffening_cubic", [](const Material& m) { return m.stiffening.cubic; })
+        .def_property_readonly("crush_resistance", [](const Material& m) { return m.crush.stiffness; })
+        .def_property_readonly("crush_ratio", [](const Material& m) { return m.crush.ratio; });
 
     py::class_<Lattice>(module, "Lattice", "Cubic cells of one grid; nodes x fastest, then y, then z.")
         .def_static("box", &Lattice::box, py::arg("nx"), py::arg("ny"), py::arg("nz"), py::arg("cell_size"),

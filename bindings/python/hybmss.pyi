@@ -34,6 +34,8 @@ class Material:
         stiffening_quadratic: float = 0.0,
         stiffening_cubic: float = 0.0,
         springs: SpringForm = ...,
+        crush_resistance: float = 0.0,
+        crush_ratio: float = 0.7,
     ) -> None: ...
     @property
     def young_modulus(self) -> float: ...
@@ -51,6 +53,10 @@ class Material:
     def stiffening_quadratic(self) -> float: ...
     @property
     def stiffening_cubic(self) -> float: ...
+    @property
+    def crush_resistance(self) -> float: ...
+    @property
+    def crush_ratio(self) -> float: ...
 
 class Lattice:
     @staticmethod

@@ -98,9 +98,12 @@ typedef struct hybmss_material {
      * energy convex: cubic >= 0, 1 + 2 quadratic e + 3 cubic e^2 >= 0 for e >= -1. */
     double stiffening_quadratic, stiffening_cubic;
     hybmss_springs springs;
+    /* Cells below the volume ratio J0 = crush_ratio, in (0, 1), store G V0 crush_resistance (J0 - J)^3 / (3 J0^2);
+     * 0: none. Of lattices alone. */
+    double crush_resistance, crush_ratio;
 } hybmss_material;
 
-/* E = 1e4 Pa, nu = 0.25, 1000 kg/m^3, A = 1, automatic, linear springs between nodes. */
+/* E = 1e4 Pa, nu = 0.25, 1000 kg/m^3, A = 1, automatic, linear springs between nodes, no crush resistance. */
 HYBMSS_EXPORT hybmss_material hybmss_default_material(void);
 
 /* A body at rest: its shape and its material. Immutable. */

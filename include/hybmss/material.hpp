@@ -49,6 +49,19 @@ HYBMSS_EXPORT void validate(const SpringStiffening& stiffening);
 /// much are springs within it stiffer than at rest, along themselves and across.
 HYBMSS_EXPORT double largest_stiffening(const SpringStiffening& stiffening, double strain);
 
+/// What keeps cells from being crushed: below the volume ratio J0 a cell of the volume V0 stores
+///
+///     G V0 beta (J0 - J)^3 / (3 J0^2)
+///
+/// beside its other energies, also where it is turned inside out. Above J0 that is zero, with its first two
+/// derivatives. Springs do not tell a cell from its mirror image; this energy does.
+struct CrushResistance {
+    double stiffness = 0; ///< beta, >= 0, <= 1e6; 0: none
+    double ratio = 0.7;   ///< J0, inside (0, 1)
+    bool any() const { return stiffness != 0; }
+    bool operator==(const CrushResistance&) const = default;
+};
+
 /// An isotropic elastic material, SI units.
 struct Material {
     double young_modulus = 1e4;       ///< E in Pa, > 0, <= 1e18
@@ -58,6 +71,7 @@ struct Material {
     VolumeEnergy volume_energy = VolumeEnergy::automatic;
     SpringStiffening stiffening = {}; ///< of all springs
     SpringForm springs = SpringForm::nodes;
+    CrushResistance crush = {}; ///< of lattices
     bool operator==(const Material&) const = default;
 };
 
@@ -92,6 +106,9 @@ HYBMSS_EXPORT double shear_modulus(const Material& material);
 
 /// kappa = G (4 nu - 1) / (1 - 2 nu), Pa: the bulk modulus that the springs lack; zero at nu = 1/4.
 HYBMSS_EXPORT double volume_modulus(const Material& material);
+
+/// G beta / J0^2, Pa: of a crushed cell the factor of V0 (J0 - J)^3 / 3. Zero without resistance.
+HYBMSS_EXPORT double crush_modulus(const Material& material);
 
 /// (5.12) for cells of the edge `cell_size` in m.
 HYBMSS_EXPORT SpringConstants spring_constants(const Material& material, double cell_size);

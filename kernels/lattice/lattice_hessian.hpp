@@ -58,17 +58,20 @@ HYBMSS_INLINE void join_planes(const LatticeHessianLayer<Scalar<V>, components>&
 
 // ---- products
 
+template <class V>
+HYBMSS_INLINE CellVolume<V> volume_of_cells(const Vector3<V> (&u)[8]) {
+    return cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
+}
+
 /// Adds the product of a vector of cells' volumes to that of their cube diagonals, on the corners 0 to 3.
 ///
 /// With V' = 4a . (S x T) / 32, the gradient with respect to cube diagonal 0 is (S x T + T x 4a) / 32, and so on
 /// (lattice_cell.hpp). K p is its change, kappa [ phi'' dJ grad V' + phi' d grad V' ], when the corners move by p:
 ///
 ///     dJ = (d4a . (S x T) + dS . (T x 4a) + dT . (4a x S)) / 32,  d(S x T) = dS x T + S x dT, ...
-template <Volume volume, class V>
-HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V> (&p)[8], V scale,
-                                      Vector3<V> (&product)[4]) {
-    const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
-    const VolumeDerivatives<V> phi = volume_derivatives<volume>(cell.dilation);
+template <class V>
+HYBMSS_INLINE void add_volume_product(const CellVolume<V>& cell, const VolumeDerivatives<V>& phi,
+                                      const Vector3<V> (&p)[8], V scale, Vector3<V> (&product)[4]) {
     const Vector3<V> p0 = p[0] - p[7], p1 = p[1] - p[6], p2 = p[2] - p[5], p3 = p[3] - p[4];
     const Vector3<V> ds = p0 + p1, dt = p2 + p3, da = (p0 - p1) + (p2 - p3);
     const V change =
@@ -82,6 +85,13 @@ HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V>
     product[1] = product[1] + (ta - st);
     product[2] = product[2] + (st + as);
     product[3] = product[3] + (as - st);
+}
+
+template <Volume volume, class V>
+HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V> (&p)[8], V scale,
+                                      Vector3<V> (&product)[4]) {
+    const CellVolume<V> cell = volume_of_cells(u);
+    add_volume_product(cell, volume_derivatives<volume>(cell.dilation), p, scale, product);
 }
 
 template <class V, int corners, class... Springs>
@@ -133,17 +143,20 @@ HYBMSS_INLINE void add_spring_blocks(SpringGroup<Springs...>, const Vector3<V> (
 
 /// Adds kappa phi''/V0 (grad V')(grad V')^T of a vector of cells, corner by corner; the second derivative of V' with
 /// respect to one corner is zero.
-template <Volume volume, class V>
-HYBMSS_INLINE void add_volume_blocks(const Vector3<V> (&u)[8], V scale, Symmetric3<V> (&blocks)[8]) {
-    const CellVolume<V> cell = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]);
-    const V along =
-        scale * volume_derivatives<volume>(cell.dilation).curvature * splat<V>(static_cast<Scalar<V>>(1.0 / 32.0));
+template <class V>
+HYBMSS_INLINE void add_volume_blocks(const CellVolume<V>& cell, V curvature, Symmetric3<V> (&blocks)[8]) {
+    const V along = curvature * splat<V>(static_cast<Scalar<V>>(1.0 / 32.0));
     const Vector3<V> gradient[4] = {cell.st + cell.ta, cell.ta - cell.st, cell.st + cell.as, cell.as - cell.st};
     for (int corner = 0; corner < 4; ++corner) {
         const Symmetric3<V> h = rank_one(splat<V>(0), along, gradient[corner]);
         blocks[corner] = blocks[corner] + h;
         blocks[7 - corner] = blocks[7 - corner] + h;
     }
+}
+template <Volume volume, class V>
+HYBMSS_INLINE void add_volume_blocks(const Vector3<V> (&u)[8], V scale, Symmetric3<V> (&blocks)[8]) {
+    const CellVolume<V> cell = volume_of_cells(u);
+    add_volume_blocks(cell, scale * volume_derivatives<volume>(cell.dilation).curvature, blocks);
 }
 
 } // namespace

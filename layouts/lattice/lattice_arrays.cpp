@@ -14,6 +14,7 @@ CellShares::CellShares(const Lattice& lattice, const Material& material, const L
     cube_ = constants.cube_diagonal * h;
     cell_mass_ = material.density * h * h * h / 8;
     volume_ratio_ = volume_modulus(material) * h * h / (32 * cube_);
+    crush_ratio_ = crush_modulus(material) * h * h / (32 * cube_);
     const PatternConstants patterns = pattern_constants(material, h);
     const double k = constants.cube_diagonal;
     means_ = {constants.edge / (16 * k), constants.face_diagonal / (16 * k), patterns.bending / (1024 * k),

@@ -36,6 +36,7 @@ public:
     double mass(int cells) const { return cell_mass_ * cells; }
     double inverse_mass(int cells) const { return 1 / (mass(cells) * lattice_.cell_size()); } ///< 1 / (m h)
     double volume_ratio() const { return volume_ratio_; } ///< kappa h^2 / (32 k_c h)
+    double crush_ratio() const { return crush_ratio_; }   ///< of crush_modulus(), likewise
     const MeanRatios& means() const { return means_; }
 
 private:
@@ -43,7 +44,7 @@ private:
 
     const Lattice& lattice_;
     LatticeAxes axes_;
-    double edge_, face_, cube_, cell_mass_, volume_ratio_;
+    double edge_, face_, cube_, cell_mass_, volume_ratio_, crush_ratio_;
     MeanRatios means_;
 };
 
@@ -67,6 +68,7 @@ struct LatticeArrays {
     std::vector<VectorNeighbors> neighbors; ///< active-rows
     std::size_t width = 0;                  ///< active-rows: lanes of a vector
     T volume_ratio = 0;                     ///< kappa h^2 / (32 k_c h)
+    T crush_ratio = 0;                      ///< of crush_modulus(), likewise
     MeanRatios means = {};
     std::vector<double> masses; ///< kg, one a node of the body
     std::vector<NodeRun> runs;  ///< of the body's nodes, ascending

@@ -52,6 +52,11 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
             "springs = means given for a network, whose springs join nodes: a lattice with them "
             "needs the layout flat-rows or active-rows");
     }
+    if (material.crush.any()) {
+        throw std::invalid_argument(
+            "crush resistance given for a network: a lattice with it needs the layout flat-rows "
+            "or active-rows");
+    }
     const auto [nx, ny, nz] = lattice.cells();
     const double h = lattice.cell_size();
     const SpringConstants constants = spring_constants(material, h);

@@ -110,8 +110,8 @@ template <class T>
 std::size_t State<T>::bytes() const {
     std::size_t sum = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-        sum += displacement[c].bytes() + velocity[c].bytes() + force[c].bytes() + direction[c].bytes() +
-               stiffening[c].bytes();
+        sum +=
+            displacement[c].bytes() + velocity[c].bytes() + force[c].bytes() + direction[c].bytes() + beside[c].bytes();
     }
     for (const auto& buffer : buffers) {
         sum += buffer.bytes();
@@ -121,11 +121,18 @@ std::size_t State<T>::bytes() const {
 
 template <class T>
 Body<T>::Body(const PlanOptions& options, std::size_t nodes, kernels::Volume volume, const FrequencyBounds& frequencies,
-              const SpringStiffening& stiffening)
+              const SpringStiffening& stiffening, bool crush)
     : workers_(useful_threads(options, nodes), options.task_runner), name_(options.layout),
       table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), volume_(volume), accuracy_(options.accuracy),
-      frequencies_(frequencies),
-      stiffens_(stiffening.any()), stiffening_{static_cast<T>(stiffening.quadratic), static_cast<T>(stiffening.cubic)} {
+      frequencies_(frequencies) {
+    if (stiffening.any()) {
+        beside_.push_back({SpringLaw::stiffening,
+                           SpringLaw::stiffening_tangent,
+                           {static_cast<T>(stiffening.quadratic), static_cast<T>(stiffening.cubic)}});
+    }
+    if (crush) {
+        beside_.push_back({SpringLaw::crush, SpringLaw::crush_tangent, {}});
+    }
 }
 
 template <class T>
@@ -143,8 +150,8 @@ State<T> Body<T>::state_of(std::size_t arrays, std::size_t size, bool moving) {
 template <class T>
 State<T> Body<T>::make_state(bool moving) const {
     State<T> state = linear_state(moving);
-    if (stiffens_) {
-        allocate_like(state.displacement, state.stiffening);
+    if (!beside_.empty()) {
+        allocate_like(state.displacement, state.beside);
     }
     return state;
 }
@@ -152,9 +159,9 @@ State<T> Body<T>::make_state(bool moving) const {
 template <class T>
 std::vector<Stage> Body<T>::force_stages(State<T>& state) const {
     std::vector<Stage> stages = linear_force_stages(state);
-    if (stiffens_) {
-        append(spring_stages(state, {SpringLaw::stiffening, stiffening_}, nullptr, state.stiffening), stages);
-        stages.push_back(move_into_stage(state.force, state.stiffening, array_count<T>(state.stiffening), T(-1)));
+    for (const Beside& pass : beside_) {
+        append(spring_stages(state, {pass.force, pass.stiffening}, nullptr, state.beside), stages);
+        stages.push_back(move_into_stage(state.force, state.beside, array_count<T>(state.beside), T(-1)));
     }
     return stages;
 }
@@ -162,8 +169,12 @@ std::vector<Stage> Body<T>::force_stages(State<T>& state) const {
 template <class T>
 PotentialEnergy Body<T>::energy(State<T>& state) const {
     PotentialEnergy energy = linear_energy(state);
-    if (stiffens_) {
-        energy.springs += stiffening_energy(state, stiffening_);
+    for (const Beside& pass : beside_) {
+        if (pass.force == SpringLaw::crush) {
+            energy.volume += crush_energy(state);
+        } else {
+            energy.springs += stiffening_energy(state, pass.stiffening);
+        }
     }
     return energy;
 }
@@ -171,10 +182,9 @@ PotentialEnergy Body<T>::energy(State<T>& state) const {
 template <class T>
 void Body<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
     linear_product(state, direction, product);
-    if (stiffens_) {
-        std::vector<Stage> stages =
-            spring_stages(state, {SpringLaw::stiffening_tangent, stiffening_}, &direction, state.stiffening);
-        stages.push_back(move_into_stage(product, state.stiffening, array_count<T>(product), T(1)));
+    for (const Beside& pass : beside_) {
+        std::vector<Stage> stages = spring_stages(state, {pass.tangent, pass.stiffening}, &direction, state.beside);
+        stages.push_back(move_into_stage(product, state.beside, array_count<T>(product), T(1)));
         workers_.run(stages, 1);
     }
 }
@@ -188,20 +198,25 @@ void Body<T>::linear_product(State<T>& state, const NodeField<T>& direction, Nod
 template <class T>
 void Body<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
     spring_diagonal(state, {SpringLaw::elastic}, blocks);
-    if (stiffens_) {
+    for (const Beside& pass : beside_) {
         AlignedArray<T> more[6];
-        spring_diagonal(state, {SpringLaw::stiffening_tangent, stiffening_}, more);
+        spring_diagonal(state, {pass.tangent, pass.stiffening}, more);
         const Stage stage = move_into_stage(blocks, more, 6, T(1));
         workers_.run({&stage, 1}, 1);
     }
 }
 
 template <class T>
+double Body<T>::crush_energy(State<T>&) const {
+    return 0;
+}
+
+template <class T>
 std::vector<Stage> Body<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
     std::vector<Stage> stages;
-    if (stiffens_) {
-        stages = spring_stages(state, {SpringLaw::stiffening, stiffening_}, nullptr, state.stiffening);
-        add_kick_stages(state.velocity, state.stiffening, parameters.time_step, nullptr, stages);
+    for (const Beside& pass : beside_) {
+        append(spring_stages(state, {pass.force, pass.stiffening}, nullptr, state.beside), stages);
+        add_kick_stages(state.velocity, state.beside, parameters.time_step, nullptr, stages);
     }
     append(linear_step_stages(state, parameters), stages);
     return stages;
@@ -211,7 +226,9 @@ template <class T>
 PlanDescription Body<T>::describe() const {
     PlanDescription d;
     describe_layout(d);
-    d.kernel += stiffens_ ? " + stiffening springs" : "";
+    for (const Beside& pass : beside_) {
+        d.kernel += pass.force == SpringLaw::crush ? " + crush resistance" : " + stiffening springs";
+    }
     d.instruction_set = table_->instruction_set;
     d.layout = name_;
     d.precision = precision_name<T>();

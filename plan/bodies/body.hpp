@@ -52,13 +52,14 @@ struct State {
     NodeField<T> velocity;                ///< likewise, per s; empty unless the body moves
     NodeField<T> force;                   ///< N; empty until forces are asked for
     NodeField<T> direction;               ///< as displacements; empty until a Hessian product is asked for
-    NodeField<T> stiffening;              ///< N; empty unless the springs stiffen, zero between uses
+    NodeField<T> beside;                  ///< N; empty unless there are passes beside, zero between uses
     std::vector<AlignedArray<T>> buffers; ///< the body's own
 
     std::size_t bytes() const;
 };
 
-/// A pass over all springs by a law of their own, beside or instead of their elasticity; or by that, cells and all.
+/// A pass over all springs by a law of their own, beside or instead of their elasticity, or over crushed cells; or by
+/// elasticity, cells and all.
 template <class T>
 struct SpringPass {
     kernels::SpringLaw law;
@@ -78,9 +79,9 @@ struct CutNode {
 
 /// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable but for cuts.
 ///
-/// Where its springs stiffen, each pass over it has another one beside it, over the springs alone, for what their
-/// energy has beyond 1/2 k (|d| - l)^2. In a step that force kicks the velocities before the sweep, as a StepEffect
-/// does. A layout knows the linear passes alone.
+/// Where its springs stiffen or its cells resist being crushed, each pass over it has others beside it, for what their
+/// energies have beyond linear springs and the volume's. In a step these forces kick the velocities before the sweep,
+/// as a StepEffect does. A layout knows each pass alone.
 template <class T>
 class Body {
 public:
@@ -130,6 +131,8 @@ public:
     virtual void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const = 0;
     /// J that the springs store beyond 1/2 k (|d| - l)^2 with these constants.
     virtual double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const = 0;
+    /// J that crushed cells store against that, where they can.
+    virtual double crush_energy(State<T>& state) const;
     /// 1 / (m length unit), by places as in a component of a node field, or packed with a zero as the fourth.
     virtual const AlignedArray<T>& inverse_masses() const = 0;
     const kernels::KernelTable<T>& kernel_table() const { return *table_; }
@@ -171,9 +174,9 @@ public:
     Stage move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) const;
 
 protected:
-    /// `nodes`: by which useful_threads() counts. `stiffening`: valid.
+    /// `nodes`: by which useful_threads() counts. `stiffening`: valid. `crush`: whether cells resist being crushed.
     Body(const PlanOptions& options, std::size_t nodes, kernels::Volume volume, const FrequencyBounds& frequencies,
-         const SpringStiffening& stiffening);
+         const SpringStiffening& stiffening, bool crush = false);
 
     kernels::Volume volume() const { return volume_; }
     Accuracy accuracy() const { return accuracy_; }
@@ -214,8 +217,12 @@ private:
     kernels::Volume volume_;
     Accuracy accuracy_;
     FrequencyBounds frequencies_;
-    bool stiffens_;
-    kernels::StiffeningConstants<T> stiffening_;
+    /// A pass beside the others, by its laws of forces and of second derivatives.
+    struct Beside {
+        kernels::SpringLaw force, tangent;
+        kernels::StiffeningConstants<T> stiffening;
+    };
+    std::vector<Beside> beside_;
 };
 
 extern template class Body<float>;

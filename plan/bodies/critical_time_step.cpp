@@ -127,8 +127,8 @@ double largest_of(const std::vector<double>& diagonal, const std::vector<double>
 } // namespace
 
 // dt = (-beta s + sqrt((beta s)^2 + 4 o)) / o for o dt^2 + 2 beta s dt = 4, without cancellation
-double FrequencyBounds::critical_time_step(double stiffness_damping, double stiffening) const {
-    const double omega2 = body + (stiffening - 1) * springs, damping = stiffness_damping * springs;
+double FrequencyBounds::critical_time_step(double stiffness_damping, double further) const {
+    const double omega2 = body + further, damping = stiffness_damping * springs;
     const double inverse = damping + std::sqrt(damping * damping + 4 * omega2);
     return inverse > 0 ? 4 / inverse : std::numeric_limits<double>::infinity();
 }
@@ -139,7 +139,9 @@ FrequencyBounds lattice_frequencies(const Lattice& lattice, const Material& mate
     const auto scales = lattice.cell_scales();
     const double largest_scale = static_cast<double>(*std::max_element(scales.begin(), scales.end()));
     const double by_mass = largest_scale / (material.density * h * h * h / 8);
-    return {by_mass * largest_eigenvalue(cell.body), by_mass * largest_eigenvalue(cell.springs)};
+    // The second derivative by J there, times |grad J|^2 at rest, 3/2 / h^2.
+    const double crushed = crush_modulus(material) * material.crush.ratio * 1.5 * h;
+    return {by_mass * largest_eigenvalue(cell.body), by_mass * largest_eigenvalue(cell.springs), by_mass * crushed};
 }
 
 FrequencyBounds network_frequencies(const Network& network) {

@@ -14,12 +14,13 @@ namespace hybmss {
 struct FrequencyBounds {
     double body = 0;    ///< of all forces
     double springs = 0; ///< of the springs alone
+    double crushed = 0; ///< what cells pressed to half of their crush ratio J0 add to those of all forces, at most
 
     /// A step of semi-implicit Euler that is stable near rest, s. With springs damped by c = beta k, beta = the
     /// `stiffness_damping` in s, taken at the old velocity, a mode with the stiffness k, damping c and mass m by its
     /// shape is stable where dt^2 k + 2 dt c < 4 m: that is so where dt^2 omega^2 + 2 dt beta omega_springs^2 <= 4.
-    /// `stiffening`: by how much springs may be stiffer than at rest, >= 1. Infinite where nothing resists.
-    double critical_time_step(double stiffness_damping = 0, double stiffening = 1) const;
+    /// `further`: what is added to omega^2 far from rest, >= 0. Infinite where nothing resists.
+    double critical_time_step(double stiffness_damping = 0, double further = 0) const;
 };
 
 /// By the largest eigenvalues of one cell's stiffness by its share of the masses: no assembly of cells has a larger one

@@ -50,7 +50,7 @@ template <class T>
 LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
                             LatticeRows rows)
     : Body<T>(options, lattice.grid_node_count(), kernel_volume(material), lattice_frequencies(lattice, material),
-              material.stiffening),
+              material.stiffening, material.crush.any()),
       layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, kernel_table().width)
                                           : flat_rows<T>(lattice, material)),
       material_(material), active_(rows == LatticeRows::active), means_(material.springs == SpringForm::means),

@@ -34,6 +34,7 @@ public:
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
     double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
+    double crush_energy(State<T>& state) const override;
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
 
 private:
@@ -65,7 +66,7 @@ private:
 
     /// Layer k without the arrays for sums; `direction`: null where none is needed.
     template <int components>
-    kernels::LatticeHessianLayer<T, components> hessian_layer(State<T>& state, std::size_t k,
+    kernels::LatticeHessianLayer<T, components> hessian_layer(State<T>& state, std::size_t k, const SpringPass<T>& pass,
                                                               const NodeField<T>* direction) const;
     /// `sums`: the arrays that the sweep sets. The state and the fields must outlive the stages.
     template <int components>

@@ -20,13 +20,21 @@ struct SweepKernels {
 template <int components, class T>
 SweepKernels<T, components> sweep_kernels(const kernels::KernelTable<T>& table, bool means, bool face_diagonals,
                                           const kernels::LatticeSum& sum, Accuracy accuracy) {
+    using kernels::SpringLaw;
     if constexpr (components == 3) {
+        if (sum.law == SpringLaw::crush || sum.law == SpringLaw::crush_tangent) {
+            return {(sum.law == SpringLaw::crush ? table.lattice_crush : table.lattice_crush_product)(), nullptr,
+                    table.lattice_join_product()};
+        }
         if (means) {
             return {table.mean_product(face_diagonals, sum, accuracy), nullptr, table.lattice_join_product()};
         }
         return {table.lattice_product(face_diagonals, sum, accuracy),
                 table.lattice_top_product(face_diagonals, sum.law, accuracy), table.lattice_join_product()};
     } else {
+        if (sum.law == SpringLaw::crush_tangent) {
+            return {table.lattice_crush_diagonal(), nullptr, table.lattice_join_diagonal()};
+        }
         if (means) {
             return {table.mean_diagonal(face_diagonals, sum, accuracy), nullptr, table.lattice_join_diagonal()};
         }
@@ -40,6 +48,7 @@ SweepKernels<T, components> sweep_kernels(const kernels::KernelTable<T>& table, 
 template <class T>
 template <int components>
 kernels::LatticeHessianLayer<T, components> LatticeBody<T>::hessian_layer(State<T>& state, std::size_t k,
+                                                                          const SpringPass<T>& pass,
                                                                           const NodeField<T>* direction) const {
     const std::size_t offset = layout_.begin[k];
     const Layer forces = this->layer_at(state, k);
@@ -58,6 +67,11 @@ kernels::LatticeHessianLayer<T, components> LatticeBody<T>::hessian_layer(State<
     }
     layer.volume_ratio = forces.volume_ratio;
     layer.means = forces.means;
+    layer.stiffening = pass.stiffening;
+    if (pass.law == kernels::SpringLaw::crush || pass.law == kernels::SpringLaw::crush_tangent) {
+        layer.volume_ratio = layout_.crush_ratio;
+        layer.crush_bound = static_cast<T>(material_.crush.ratio - 1);
+    }
     return layer;
 }
 
@@ -68,12 +82,11 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringP
                                                   const NodeField<T>* direction,
                                                   const std::array<T*, components>& sums) const {
     const auto layer_at = [this, &state, pass, direction, sums](std::size_t k) {
-        kernels::LatticeHessianLayer<T, components> layer = hessian_layer<components>(state, k, direction);
+        kernels::LatticeHessianLayer<T, components> layer = hessian_layer<components>(state, k, pass, direction);
         for (std::size_t c = 0; c < components; ++c) {
             layer.partial[c] = sums[c] + layout_.begin[k];
             layer.above[c] = sums[c] + layout_.begin[k + 1];
         }
-        layer.stiffening = pass.stiffening;
         return layer;
     };
     // A slab leaves what it adds to the plane above it in the state, six arrays a join.
@@ -149,10 +162,16 @@ double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
     const auto energy = (means_ ? table.mean_stiffening_energy : table.lattice_stiffening_energy)(face_diagonals_);
     const auto top = means_ ? nullptr : table.lattice_top_stiffening_energy(face_diagonals_);
     return layout_.cell_size * this->sum_of(layout_.planes, [&](std::size_t k) {
-        kernels::LatticeHessianLayer<T, 3> layer = hessian_layer<3>(state, k, nullptr);
-        layer.stiffening = constants;
         const auto sum = k + 1 == layout_.planes ? top : energy;
-        return sum ? sum(layer) : 0.0;
+        return sum ? sum(hessian_layer<3>(state, k, {kernels::SpringLaw::stiffening, constants}, nullptr)) : 0.0;
+    });
+}
+
+template <class T>
+double LatticeBody<T>::crush_energy(State<T>& state) const {
+    const auto energy = kernel_table().lattice_crush_energy();
+    return 32 * layout_.cell_size * this->sum_of(layout_.planes - 1, [&](std::size_t k) {
+        return energy(hessian_layer<3>(state, k, {kernels::SpringLaw::crush}, nullptr));
     });
 }
 
@@ -161,7 +180,8 @@ double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
     template std::vector<Stage> LatticeBody<T>::spring_stages(State<T>&, const SpringPass<T>&, const NodeField<T>*,    \
                                                               NodeField<T>&) const;                                    \
     template void LatticeBody<T>::spring_diagonal(State<T>&, const SpringPass<T>&, AlignedArray<T>(&)[6]) const;       \
-    template double LatticeBody<T>::stiffening_energy(State<T>&, const kernels::StiffeningConstants<T>&) const;
+    template double LatticeBody<T>::stiffening_energy(State<T>&, const kernels::StiffeningConstants<T>&) const;        \
+    template double LatticeBody<T>::crush_energy(State<T>&) const;
 
 HYBMSS_INSTANTIATE(float)
 HYBMSS_INSTANTIATE(double)

@@ -144,7 +144,8 @@ template <class T>
 std::string body_class(const Lattice& lattice, const Material& material) {
     return "lattice " + precision_name<T>() +
            (material.face_diagonal_ratio > 0 ? " face-diagonals" : " no-face-diagonals") +
-           (material.springs == SpringForm::means ? " springs-on-means" : "") + volume_class(kernel_volume(material)) +
+           (material.springs == SpringForm::means ? " springs-on-means" : "") +
+           (material.crush.any() ? " crush-resistance" : "") + volume_class(kernel_volume(material)) +
            size_class(lattice.nodes().size()) + fill_class(lattice);
 }
 

@@ -176,9 +176,13 @@ double cell_energy(const Material& material, double cell_size, double scale,
             }
         }
     }
-    if (const VolumeEnergy kind = resolved_volume_energy(material); kind != VolumeEnergy::none) {
+    const VolumeEnergy kind = resolved_volume_energy(material);
+    if (kind != VolumeEnergy::none || material.crush.any()) {
         const double dilation = volume_ratio_minus_one(displacement, {0, 1, 2, 3, 4, 5, 6, 7}, cell_size);
-        energy += volume_modulus(material) * cell_size * cell_size * cell_size * volume_density(kind, dilation);
+        const double depth = std::max(material.crush.ratio - 1 - dilation, 0.0);
+        const double of_volume =
+            kind != VolumeEnergy::none ? volume_modulus(material) * volume_density(kind, dilation) : 0;
+        energy += cell_size * cell_size * cell_size * (of_volume + crush_modulus(material) * depth * depth * depth / 3);
     }
     return scale * energy;
 }

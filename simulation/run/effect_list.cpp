@@ -145,6 +145,16 @@ constexpr EffectRule kEffects[] = {
          s.material.stiffening = {1, 2};
      },
      [](Scene& s) { s.material.stiffening = {}; }},
+    {"crush resistance", "`material.crush_resistance`, `crush_ratio`",
+     "a sweep over the cells' volumes, and a kick of the velocities", "lattice_crush, kick", "3 numbers a node", true,
+     [](const Scene& s) { return s.material.crush.any(); },
+     [](const Simulation& s) {
+         const CrushResistance& crush = s.scene().material.crush;
+         return printed("G V0 %g (%g - J)^3 / (3 %g^2) in cells below J = %g; the default time step holds down to %g",
+                        crush.stiffness, crush.ratio, crush.ratio, crush.ratio, crush.ratio / 2);
+     },
+     [](const Scene&) { return std::string("no material.crush_resistance, or zero"); },
+     [](Scene& s) { s.material.crush.stiffness = 20; }, [](Scene& s) { s.material.crush = {}; }},
     {"gravity", "`[gravity]`", "a variant of the sweep, with mass damping", "", "nothing", true,
      [](const Scene& s) {
          return s.gravity.acceleration != std::array<double, 3>{0, 0, 0} || !s.gravity.acceleration_in_time.empty();

@@ -48,8 +48,9 @@ double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) 
     }
     const bool explicit_in_time = scene.solver.method == SolverMethod::symplectic_euler;
     const double critical = frequencies.critical_time_step(scene.damping.stiffness);
-    const double stiffening = largest_stiffening(scene.material.stiffening, kStrainInReach);
-    const double followed = explicit_in_time ? frequencies.critical_time_step(scene.damping.stiffness, stiffening)
+    const double further =
+        (largest_stiffening(scene.material.stiffening, kStrainInReach) - 1) * frequencies.springs + frequencies.crushed;
+    const double followed = explicit_in_time ? frequencies.critical_time_step(scene.damping.stiffness, further)
                                              : kImplicitTimeSteps * frequencies.critical_time_step();
     const double step = up_to_outputs(scene, scene.solver.time_step.value_or(kTimeStepFraction * followed));
     if (explicit_in_time && step > critical) {

@@ -103,6 +103,11 @@ constexpr Key<Material> kMaterialKeys[] = {
      member<&Material::stiffening, &SpringStiffening::quadratic>},
     {"stiffening_cubic", "", kFrom0To1e6, "0", "b: likewise; stretched and pressed alike",
      member<&Material::stiffening, &SpringStiffening::cubic>},
+    {"crush_resistance", "", kFrom0To1e6, "0",
+     "beta: cells below the volume ratio J0 = crush_ratio store G V0 beta (J0 - J)^3 / (3 J0^2); 20 is much",
+     member<&Material::crush, &CrushResistance::stiffness>},
+    {"crush_ratio", "", inside(0, 1, "inside (0, 1), both ends excluded"), "0.7", "J0: no other cell is touched",
+     member<&Material::crush, &CrushResistance::ratio>},
 };
 
 void relate_material(const TableCheck& table, const Material& material) {

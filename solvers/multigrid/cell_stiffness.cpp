@@ -51,7 +51,8 @@ double volume_curvature(VolumeEnergy energy, double j) {
 
 CellStiffness::CellStiffness(const Material& material, double h)
     : means_(material.springs == SpringForm::means), patterns_(pattern_constants(material, h)),
-      kappa_(volume_modulus(material) * h * h), volume_energy_(resolved_volume_energy(material)) {
+      kappa_(volume_modulus(material) * h * h), crush_(crush_modulus(material) * h * h),
+      crush_ratio_(material.crush.ratio), volume_energy_(resolved_volume_energy(material)) {
     const SpringConstants k = spring_constants(material, h);
     share_[0] = 0;
     share_[1] = means_ ? 0 : k.edge / 4 * h;
@@ -214,11 +215,15 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf
         shape.area[e] = static_cast<float>(area[e]);
     }
     shape.volume_stiffness = 0;
-    if (volume_energy_ == VolumeEnergy::none || kappa_ == 0) {
+    if ((volume_energy_ == VolumeEnergy::none || kappa_ == 0) && crush_ == 0) {
         return;
     }
     const double volume = edges[0] * area[0] + edges[1] * area[1] + edges[2] * area[2];
-    double stiffness = scale * kappa_ * volume_curvature(volume_energy_, volume - 1);
+    const double crushed = 2 * crush_ * std::max(crush_ratio_ - volume, 0.0);
+    double stiffness = scale * (kappa_ * volume_curvature(volume_energy_, volume - 1) + crushed);
+    if (stiffness == 0) {
+        return;
+    }
     double g[8][3];
     for (unsigned corner = 0; corner < 8; ++corner) {
         for (unsigned c = 0; c < 3; ++c) {

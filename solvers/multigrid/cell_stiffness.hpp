@@ -48,6 +48,8 @@ private:
     double on_means_[3]; ///< k h, likewise
     PatternConstants patterns_; ///< by h
     double kappa_;              ///< kappa h^2
+    double crush_;              ///< crush_modulus() h^2
+    double crush_ratio_;        ///< J0
     VolumeEnergy volume_energy_;
 };
 

@@ -21,7 +21,8 @@ Record sample() {
                        .poisson_ratio = 0.1,
                        .volume_energy = VolumeEnergy::mean_stretch,
                        .stiffening = {0.5, 1.25},
-                       .springs = SpringForm::means};
+                       .springs = SpringForm::means,
+                       .crush = {20, 0.99}};
     const ForcePlan<double> plan(record.lattice, record.material);
     const std::size_t nodes = plan.node_count();
     std::mt19937 engine(7);
@@ -57,6 +58,7 @@ TEST(Record, IsTheSameAfterARoundTrip) {
     EXPECT_EQ(after.material.stiffening.quadratic, 0.5);
     EXPECT_EQ(after.material.stiffening.cubic, 1.25);
     EXPECT_EQ(after.material.springs, SpringForm::means);
+    EXPECT_EQ(after.material.crush, before.material.crush);
     ASSERT_EQ(after.states.size(), 2u);
     for (std::size_t s = 0; s < 2; ++s) {
         EXPECT_EQ(after.states[s].displacements, before.states[s].displacements);

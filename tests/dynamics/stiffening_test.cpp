@@ -1,5 +1,6 @@
-// Springs that stiffen: forces, energy and second derivatives against the reference, for every layout, instruction set,
-// accuracy and precision; the law itself on one spring and on a chain.
+// Springs that stiffen and cells that resist being crushed, the passes beside a body's own: forces, energy and second
+// derivatives against the reference, for every layout, instruction set, accuracy and precision; the law itself on one
+// spring and on a chain.
 
 #include "hybmss/equilibrium.hpp"
 #include "hybmss/explicit_dynamics.hpp"
@@ -32,6 +33,12 @@ struct Stiffening : ::testing::Test {};
 using Precisions = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(Stiffening, Precisions);
 
+/// J0 is such that random displacements leave cells on both sides of it.
+Material resisting(Material material, double ratio = 0.98) {
+    material.crush = {20, ratio};
+    return material;
+}
+
 struct Body {
     std::string name;
     Lattice lattice;
@@ -44,7 +51,11 @@ std::vector<Body> bodies() {
     return {{"one cell", Lattice::box(1, 1, 1, kCellSize), stiffened(1, {1, 2})},
             {"box 17x4x7", Lattice::box(17, 4, 7, kCellSize), stiffened(0, {-2, 3}, 0.4)},
             {"mask 9x8x7", masked, stiffened(1, {0.5, 0}, 0.1)},
-            {"mask 9x8x7", masked, stiffened(0, {0, 40})}};
+            {"mask 9x8x7", masked, stiffened(0, {0, 40})},
+            {"crushed cell", Lattice::box(1, 1, 1, kCellSize), resisting({1e4, 0.25})},
+            {"crushed box 17x4x7", Lattice::box(17, 4, 7, kCellSize), resisting({1e4, 0.4, 1000, 0})},
+            {"crushed mask 9x8x7", masked, resisting(stiffened(1, {0.5, 0}, 0.1))},
+            {"crushed means 9x8x7", masked, testing::with_springs_on(SpringForm::means, resisting({1e4, 0.3}))}};
 }
 
 template <class T>
@@ -67,7 +78,7 @@ TYPED_TEST(Stiffening, AgreesWithTheReference) {
             const auto u = testing::as_held<T>(testing::random_displacement(nodes, strain * kCellSize, random));
             const std::vector<Vector3d> force = reference::forces(body, u), product = hessian_product(body, u, p);
             const std::vector<Matrix3d> blocks = reference::hessian_diagonal(body, u);
-            const double energy = reference::energy(body, u).springs;
+            const reference::Energy energy = reference::energy(body, u);
             const double force_scale = testing::largest(reference::force_scale(body, u));
             const double product_scale = testing::largest(reference::hessian_product_scale(body, u, p));
             testing::for_every_plan<T>(c.lattice, c.material, [&](const ForcePlan<T>& plan, const std::string& label) {
@@ -86,9 +97,9 @@ TYPED_TEST(Stiffening, AgreesWithTheReference) {
                 }
                 EXPECT_LE(most * kCellSize / product_scale / kEpsilon<T>, limit) << trace;
                 const std::vector<T> at = testing::interleaved<T>(u);
-                EXPECT_NEAR(plan.energy(VectorField<const T>::aos(at.data(), nodes)).springs, energy,
-                            200 * kEpsilon<T> * energy)
-                    << trace;
+                const PotentialEnergy found_energy = plan.energy(VectorField<const T>::aos(at.data(), nodes));
+                EXPECT_NEAR(found_energy.springs, energy.springs, 200 * kEpsilon<T> * energy.springs) << trace;
+                EXPECT_NEAR(found_energy.volume, energy.volume, 2000 * kEpsilon<T> * energy.total()) << trace;
             });
         }
     }
@@ -202,16 +213,69 @@ TEST(Stiffening, ChainUnderALoadHasTheLawsStrain) {
     }
 }
 
+// Where no cell is crushed, the resistance adds zero: forces and steps keep their bits.
+TYPED_TEST(Stiffening, UncrushedCellsAreLeftAlone) {
+    using T = TypeParam;
+    const Lattice lattice = Lattice::box(9, 8, 7, kCellSize);
+    testing::Random random(21);
+    const auto u = testing::as_held<T>(testing::random_displacement(lattice.nodes().size(), 0.1 * kCellSize, random));
+    for (const SpringForm form : testing::kSpringForms) {
+        const Material plain = testing::with_springs_on(form, {1e4, 0.4});
+        std::vector<Vector3d> force[2], product[2];
+        std::uint64_t bits[2] = {};
+        for (const bool resists : {false, true}) {
+            const Material material = resists ? resisting(plain, 0.3) : plain;
+            const ForcePlan<T> plan(lattice, material);
+            force[resists] = forces(plan, u);
+            product[resists] = testing::product(plan, u, u);
+            ExplicitDynamics<T> body(lattice, material);
+            bits[resists] = testing::bits_after(body, kCellSize, {0.3 * body.critical_time_step(), {0, -10, 0}}, 20);
+        }
+        EXPECT_EQ(force[0], force[1]);
+        EXPECT_EQ(product[0], product[1]);
+        EXPECT_EQ(bits[0], bits[1]);
+    }
+}
+
+// A free body, pressed together, comes back without energy from nowhere.
+TYPED_TEST(Stiffening, CrushedBodiesKeepTheirEnergy) {
+    using T = TypeParam;
+    const Lattice lattice = Lattice::box(5, 4, 6, kCellSize);
+    const Material material = resisting({1e4, 0.25}, 0.7);
+    ExplicitDynamics<T> body(lattice, material);
+    const std::size_t nodes = body.node_count();
+    std::vector<Vector3d> pressed;
+    for (const std::uint32_t node : lattice.nodes()) {
+        const auto x = lattice.rest_position(node);
+        pressed.emplace_back(-0.3 * x[0], -0.2 * x[1], -0.3 * x[2]);
+    }
+    const std::vector<T> at = testing::interleaved<T>(std::span<const Vector3d>(pressed));
+    body.set_displacements(VectorField<const T>::aos(at.data(), nodes));
+    const auto total = [&] {
+        const PotentialEnergy stored = body.potential_energy();
+        return stored.springs + stored.volume + body.kinetic_energy();
+    };
+    const double before = total();
+    EXPECT_GT(body.potential_energy().volume, 0);
+    body.step({0.02 * body.critical_time_step()}, 2000);
+    EXPECT_GT(body.kinetic_energy(), 0.1 * before);
+    EXPECT_NEAR(total(), before, 0.01 * before);
+}
+
 // Off by default, and then not there: the same kernel and bytes as ever.
 TEST(Stiffening, CostsNothingWhereItIsNotCalledFor) {
     const Lattice lattice = Lattice::box(5, 5, 5, kCellSize);
     const Material plain;
+    const ExplicitDynamics<float> without(lattice, plain);
+    EXPECT_EQ(without.describe().kernel.find("stiffening"), std::string::npos);
+    EXPECT_EQ(without.describe().kernel.find("crush"), std::string::npos);
     Material law = plain;
     law.stiffening = {0.1, 0};
-    const ExplicitDynamics<float> without(lattice, plain), with(lattice, law);
-    EXPECT_EQ(without.describe().kernel.find("stiffening"), std::string::npos);
-    EXPECT_NE(with.describe().kernel.find("stiffening"), std::string::npos);
-    EXPECT_LT(without.describe().bytes, with.describe().bytes);
+    for (const auto& [material, name] : {std::pair(law, "stiffening"), std::pair(resisting(plain), "crush")}) {
+        const ExplicitDynamics<float> with(lattice, material);
+        EXPECT_NE(with.describe().kernel.find(name), std::string::npos);
+        EXPECT_LT(without.describe().bytes, with.describe().bytes);
+    }
 }
 
 // nu = 1/4 has neither a volume kernel nor, with A = 0, kernels or arrays of face diagonals.

@@ -41,7 +41,8 @@ std::int32_t Arguments::precision() {
 hybmss_material Arguments::material() {
     hybmss_material material = hybmss_default_material();
     if (below(4) == 0) {
-        material = {number(), number(), number(), number(), any<std::int8_t>(), number(), number(), any<std::int32_t>()};
+        material = {number(), number(), number(), number(), any<std::int8_t>(), number(), number(), any<std::int32_t>(),
+                    number(), number()};
     } else {
         material.poisson_ratio = given_.ConsumeFloatingPointInRange(-0.99, 0.499);
         material.face_diagonal_ratio = below(3);

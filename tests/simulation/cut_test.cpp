@@ -98,6 +98,7 @@ TEST(CutScene, energy_leaves_with_the_cells) {
          {"poisson_ratio = 0.45\n", "poisson_ratio = 0.1\n", "poisson_ratio = 0.3\nface_diagonal_ratio = 0\n",
           "poisson_ratio = 0.25\n", "poisson_ratio = 0.4\nsprings = \"means\"\n",
           "poisson_ratio = 0.4\nvolume_energy = \"none\"\n",
+          "poisson_ratio = 0.25\ncrush_resistance = 20\ncrush_ratio = 0.9999\n",
           "poisson_ratio = 0.4\nstiffening_quadratic = 1\nstiffening_cubic = 3\n"}) {
         Simulation simulation = make(bar(kWall, material));
         simulation.step(200);

@@ -114,6 +114,17 @@ TEST(StiffeningSprings, shorten_the_chosen_step_and_resist_more) {
     EXPECT_LT(stiffened.time_step(), 0.6 * linear.time_step());
 }
 
+// The chosen step reckons with cells pressed to half of crush_ratio; a given one may be as long as at rest.
+TEST(CrushResistance, shortens_the_chosen_step_alone) {
+    Scene scene = parse_scene(test::small_scene(), "s.toml");
+    scene.solver.method = SolverMethod::symplectic_euler;
+    const Simulation plain(scene);
+    scene.material.crush = {20, 0.7};
+    const Simulation resisting(scene);
+    EXPECT_EQ(resisting.critical_time_step(), plain.critical_time_step());
+    EXPECT_LT(resisting.time_step(), 0.7 * plain.time_step());
+}
+
 // A plate through the whole body: one clear error, whatever the springs do.
 TEST(StiffeningSprings, blow_up_is_one_clear_error) {
     test::TemporaryDirectory directory;

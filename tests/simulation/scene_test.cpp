@@ -94,6 +94,7 @@ TEST(Scene, every_key_is_written_and_read_back) {
     free.solver.preconditioner = PreconditionerKind::multigrid;
     free.material.volume_energy = VolumeEnergy::none;
     free.material.stiffening = {-0.5, 1};
+    free.material.crush = {20, 0.6};
     EXPECT_TRUE(parse_scene(to_toml(free), "s.toml") == free) << to_toml(free);
     free.body.labels = {1, 2};
     free.body.size = {0, 0, 0};

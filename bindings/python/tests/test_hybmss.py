@@ -132,6 +132,16 @@ def test_stiffening_springs():
         hybmss.Material(stiffening_cubic=-1)
 
 
+def test_crush_resistance():
+    resisting = hybmss.Material(crush_resistance=20, crush_ratio=0.8)
+    assert (resisting.crush_resistance, resisting.crush_ratio) == (20, 0.8)
+    pressed = -0.1 * BOX.rest_positions()  # J = 0.729
+    plain, against = (hybmss.ForcePlan(BOX, m).energy(pressed) for m in (hybmss.Material(), resisting))
+    assert against[0] == plain[0] and against[1] > plain[1]
+    with pytest.raises(ValueError, match="crush.ratio"):
+        hybmss.Material(crush_resistance=20, crush_ratio=1)
+
+
 def test_motion():
     body = hybmss.ExplicitDynamics(BOX, MATERIAL)
     assert not body.masses.flags.writeable and not body.masses.flags.owndata
