@@ -70,6 +70,10 @@ struct EquilibriumOptions {
     /// that is turned by as much less a whole turn.
     double largest_load_step = 1;
     PreconditionerKind preconditioner = PreconditionerKind::automatic;
+    /// Lattices of even counts of cells along each axis, 8 at least and 4000 cells in all: find the equilibrium of the
+    /// body of merged cells first, and of ever coarser ones before, and start from it with the whole loading. What that
+    /// does not solve is solved as without. Slender lattices that are "banded" do without.
+    bool nested = true;
     /// At the end, look for a direction in which the energy curves downwards (conjugate gradients for random forces),
     /// and where there is one go on to a lower minimum. A symmetric solve may otherwise end at a saddle: no force
     /// points away from it. Costs about a Newton iteration. Slender lattices that are "banded" do so by themselves
@@ -87,6 +91,7 @@ struct EquilibriumResult {
     double residual = 0;
     double potential = 0;     ///< J: energy of the body less the work of the loads (and what drives an implicit step)
     double load_fraction = 0; ///< the part of the loading that the state is at: 1 where all went well
+    int coarser_meshes = 0;   ///< that the solve came by; what follows counts the work on the body itself
     int load_steps = 0, failed_load_steps = 0;
     int newton_iterations = 0;
     long cg_iterations = 0;

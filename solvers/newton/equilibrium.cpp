@@ -4,6 +4,7 @@
 #include "plan/tuning/planned_body.hpp"
 #include "solvers/multigrid/banded.hpp"
 #include "solvers/multigrid/multigrid.hpp"
+#include "solvers/newton/coarser_mesh.hpp"
 #include "solvers/newton/load_stepping.hpp"
 #include "solvers/newton/preconditioner.hpp"
 
@@ -84,8 +85,9 @@ PreconditionerKind parse_preconditioner(std::string_view text) {
 
 template <class T>
 struct EquilibriumSolver<T>::Implementation {
-    Implementation(PlannedBody<T> made, const BodyScales& scales, const SolidCells& solid, Sections sections)
-        : planned(std::move(made)), body(planned.body.get()), state(body->make_state(false)),
+    Implementation(PlannedBody<T> made, const PlanOptions& given, const BodyScales& scales, const SolidCells& solid,
+                   Sections sections)
+        : planned(std::move(made)), wishes(given), body(planned.body.get()), state(body->make_state(false)),
           potential(*body, scales, solid, std::move(sections)), stepping(potential.space()),
           minimiser(potential.space()) {}
 
@@ -130,7 +132,7 @@ struct EquilibriumSolver<T>::Implementation {
     Preconditioner<T>* plain_beside(const Preconditioner<T>& chosen) {
         return chosen.is_plain() ? nullptr : &block_jacobi;
     }
-    EquilibriumResult follow(const std::function<void(double)>& prescribe, VectorField<T> displacement,
+    EquilibriumResult follow(const std::function<Loading(double)>& path, VectorField<T> displacement,
                              const EquilibriumOptions& options) {
         if (body->node_count() == 0) { // a body cut away to nothing is in equilibrium; a residual would be 0/0
             EquilibriumResult nothing;
@@ -138,14 +140,84 @@ struct EquilibriumSolver<T>::Implementation {
             return nothing;
         }
         potential.release();
-        Preconditioner<T>& preconditioner = choose_static(options.preconditioner);
-        EquilibriumResult result =
-            stepping.follow(potential, preconditioner, plain_beside(preconditioner), state, prescribe, options);
+        std::optional<EquilibriumResult> result;
+        if (options.nested && lattice && CoarserMesh::pays(lattice->first) && !banded_pays(lattice->first)) {
+            result = from_coarser(path, displacement, options);
+        }
+        if (!result) {
+            body->write(displacement, 1 / body->length_unit(), state.displacement);
+            result = follow_here(path, options);
+        }
         body->read(state.displacement, body->length_unit(), displacement);
+        return *result;
+    }
+    EquilibriumResult follow_here(const std::function<Loading(double)>& path, const EquilibriumOptions& options) {
+        Preconditioner<T>& preconditioner = choose_static(options.preconditioner);
+        return stepping.follow(
+            potential, preconditioner, plain_beside(preconditioner), state,
+            [&](double fraction) { set(path(fraction)); }, options);
+    }
+    /// From the equilibrium of the coarser mesh, in one step; nothing where there is none, or it leads nowhere.
+    std::optional<EquilibriumResult> from_coarser(const std::function<Loading(double)>& path,
+                                                  VectorField<T> displacement, const EquilibriumOptions& options) {
+        // A solution of the coarse body is as far from that of the fine one, in every place.
+        constexpr double kCoarseTolerance = 1e-4;
+        const CoarserMesh coarser(lattice->first);
+        std::vector<double> start(3 * body->node_count());
+        for (std::size_t n = 0; n < body->node_count(); ++n) {
+            const auto at = static_cast<std::ptrdiff_t>(n) * displacement.stride;
+            start[3 * n] = static_cast<double>(displacement.x[at]);
+            start[3 * n + 1] = static_cast<double>(displacement.y[at]);
+            start[3 * n + 2] = static_cast<double>(displacement.z[at]);
+        }
+        const std::vector<double> before = coarser.injected(start);
+        std::vector<double> moved = before;
+        EquilibriumSolver<double> solver(coarser.lattice(), lattice->second, wishes);
+        EquilibriumOptions coarse_options = options;
+        coarse_options.tolerance = std::max(options.tolerance, kCoarseTolerance);
+        coarse_options.leave_saddles = false;
+        const EquilibriumResult coarse = solver.follow(
+            [&](double fraction) {
+                const Loading loading = path(fraction);
+                set(loading); // which checks it
+                return coarser.restricted(loading, body->masses());
+            },
+            VectorField<double>::aos(moved.data(), solver.node_count()), coarse_options);
+        if (coarse.status == EquilibriumStatus::stopped) {
+            // Nothing has been tried of the body itself: a solve that stops at once says all that is to be said.
+            body->write(displacement, 1 / body->length_unit(), state.displacement);
+            EquilibriumOptions at_once = options;
+            at_once.progress = [](const EquilibriumProgress&) { return false; };
+            return follow_here(path, at_once);
+        }
+        if (coarse.status != EquilibriumStatus::converged || coarse.min_cell_volume_ratio <= 0) {
+            return std::nullopt;
+        }
+        for (std::size_t i = 0; i < moved.size(); ++i) {
+            moved[i] -= before[i];
+        }
+        const std::vector<double> change = coarser.interpolated(moved);
+        std::vector<T> guess(start.size());
+        for (std::size_t i = 0; i < start.size(); ++i) {
+            guess[i] = static_cast<T>(start[i] + change[i]);
+        }
+        body->write(VectorField<const T>::aos(guess.data(), body->node_count()), 1 / body->length_unit(),
+                    state.displacement);
+        if (potential.volume_ratios(state).min <= 0) {
+            return std::nullopt;
+        }
+        EquilibriumOptions whole = options;
+        whole.first_load_step = whole.smallest_load_step = whole.largest_load_step = 1;
+        EquilibriumResult result = follow_here(path, whole);
+        if (result.status != EquilibriumStatus::converged && result.status != EquilibriumStatus::stopped) {
+            return std::nullopt;
+        }
+        result.coarser_meshes = coarse.coarser_meshes + 1;
         return result;
     }
 
     PlannedBody<T> planned;
+    PlanOptions wishes; ///< of coarser meshes too
     const Body<T>* body;
     State<T> state;
     Potential<T> potential;
@@ -162,13 +234,13 @@ struct EquilibriumSolver<T>::Implementation {
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Lattice& lattice, const Material& material, const PlanOptions& options)
     : implementation_(std::make_unique<Implementation>(plan_body<T>(lattice, material, options, Operation::forces),
-                                                       BodyScales::of(lattice, material), SolidCells::of(lattice),
-                                                       Sections::of(lattice))) {
+                                                       options, BodyScales::of(lattice, material),
+                                                       SolidCells::of(lattice), Sections::of(lattice))) {
     implementation_->lattice.emplace(lattice, material);
 }
 template <class T>
 EquilibriumSolver<T>::EquilibriumSolver(const Network& network, const PlanOptions& options)
-    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces),
+    : implementation_(std::make_unique<Implementation>(plan_body<T>(network, options, Operation::forces), options,
                                                        BodyScales::of(network), SolidCells::of(network),
                                                        Sections::of(network))) {}
 template <class T>
@@ -218,7 +290,7 @@ EquilibriumResult EquilibriumSolver<T>::solve(const Loading& loading, VectorFiel
             for (std::size_t c = 0; c < 3; ++c) {
                 part.acceleration[c] = fraction * loading.acceleration[c];
             }
-            i.set(part);
+            return part;
         },
         displacement, options);
 }
@@ -229,7 +301,7 @@ EquilibriumResult EquilibriumSolver<T>::follow(const std::function<Loading(doubl
     Implementation& i = *implementation_;
     validate(options);
     i.read(displacement);
-    return i.follow([&](double fraction) { i.set(path(fraction)); }, displacement, options);
+    return i.follow(path, displacement, options);
 }
 
 // Backward Euler: v_new = (u_new - u)/dt, so m (u_new - u - dt v)/dt^2 + c m (u_new - u)/dt = f(u_new) + loads: the
