@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <future>
 #include <numeric>
 #include <random>
 #include <set>
+#include <thread>
 #include <utility>
 
 namespace hybmss::verify {
@@ -301,6 +304,28 @@ std::vector<TestBody> property_bodies(unsigned seed) {
 
 reference::Body reference_body(const TestBody& body) {
     return body.lattice ? reference::assemble(*body.lattice, body.material) : reference::assemble(body.network);
+}
+
+void for_each_body(const std::vector<TestBody>& bodies, RowTable& table,
+                   const std::function<void(const TestBody&, RowTable&)>& check) {
+    std::vector<RowTable> tables(bodies.size());
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+        for (std::size_t b = next++; b < bodies.size(); b = next++) {
+            check(bodies[b], tables[b]);
+        }
+    };
+    std::vector<std::future<void>> others;
+    for (unsigned other = 1; other < std::thread::hardware_concurrency(); ++other) {
+        others.push_back(std::async(std::launch::async, work));
+    }
+    work();
+    for (std::future<void>& other : others) {
+        other.get();
+    }
+    for (const RowTable& of_body : tables) {
+        table.append(of_body);
+    }
 }
 
 } // namespace hybmss::verify

@@ -10,6 +10,7 @@
 #include "hybmss/plan_options.hpp"
 #include "reference/body.hpp"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,6 +48,10 @@ template <class Planned>
 Planned make_planned(const TestBody& body, const PlanOptions& options) {
     return body.lattice ? Planned(*body.lattice, body.material, options) : Planned(body.network, options);
 }
+
+/// check(body, table) for all bodies, on all of the machine's processors; the same table as one after the other.
+void for_each_body(const std::vector<TestBody>& bodies, RowTable& table,
+                   const std::function<void(const TestBody&, RowTable&)>& check);
 
 // ---- the parts of run_matrix
 

@@ -89,15 +89,21 @@ void compare(const TestBody& body, const Case& which, const MatrixOptions& optio
     std::mt19937 random(options.seed);
     const std::vector<Vector3d> start = random_vectors<T>(reference.rest.size(), kStrain * body.cell_size, random);
     const auto prescribed = which.driven ? prescribed_nodes(body, start.size()) : std::vector<PrescribedNode>{};
+    // Each layout has a bound of its own for the critical step, so the reference runs with the same step; which takes
+    // it longer than all else.
+    Run expected;
+    double expected_of = 0;
     for (RowKey key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
         PlanOptions plan = plan_options(key);
         plan.one_tile = which.one_tile;
         auto dynamics = make_planned<ExplicitDynamics<T>>(body, plan);
         const double spring_damping = which.spring_damping * dynamics.critical_time_step();
         dynamics.damp_springs(spring_damping);
-        // Each layout has a bound of its own for the critical step, so the reference runs with the same step.
         const StepParameters parameters = step_parameters(which, dynamics.critical_time_step(), body.cell_size);
-        const Run expected = run_reference(reference, parameters, spring_damping, prescribed, start);
+        if (parameters.time_step != expected_of) {
+            expected = run_reference(reference, parameters, spring_damping, prescribed, start);
+            expected_of = parameters.time_step;
+        }
 
         NodeArray<T> u(Arrangement::stride_3, start), v(Arrangement::separate_arrays, start.size());
         dynamics.set_displacements(u.field());
@@ -119,12 +125,12 @@ void compare(const TestBody& body, const Case& which, const MatrixOptions& optio
 } // namespace
 
 void run_dynamics(const MatrixOptions& options, RowTable& table) {
-    for (const TestBody& body : property_bodies(options.seed)) {
+    for_each_body(property_bodies(options.seed), table, [&](const TestBody& body, RowTable& rows) {
         for (const Case& which : kCases) {
-            compare<float>(body, which, options, table);
-            compare<double>(body, which, options, table);
+            compare<float>(body, which, options, rows);
+            compare<double>(body, which, options, rows);
         }
-    }
+    });
 }
 
 } // namespace hybmss::verify

@@ -166,10 +166,10 @@ PlanOptions plan_options(const RowKey& key) {
 }
 
 void run_force_matrix(const MatrixOptions& options, RowTable& table) {
-    for (const TestBody& body : test_bodies(options.extent, options.seed)) {
-        compare<float>(body, options, table);
-        compare<double>(body, options, table);
-    }
+    for_each_body(test_bodies(options.extent, options.seed), table, [&](const TestBody& body, RowTable& rows) {
+        compare<float>(body, options, rows);
+        compare<double>(body, options, rows);
+    });
 }
 
 RowTable run_matrix(const MatrixOptions& options) {

@@ -247,10 +247,10 @@ void check_all(const TestBody& body, const MatrixOptions& options, RowTable& tab
 } // namespace
 
 void run_properties(const MatrixOptions& options, RowTable& table) {
-    for (const TestBody& body : property_bodies(options.seed)) {
-        check_all<float>(body, options, table);
-        check_all<double>(body, options, table);
-    }
+    for_each_body(property_bodies(options.seed), table, [&](const TestBody& body, RowTable& rows) {
+        check_all<float>(body, options, rows);
+        check_all<double>(body, options, rows);
+    });
 }
 
 } // namespace hybmss::verify

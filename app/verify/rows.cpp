@@ -128,17 +128,30 @@ std::vector<std::string> tolerance_legend() {
     return legend;
 }
 
+Row& RowTable::row_of(const RowKey& key) {
+    const auto row = std::find_if(rows_.begin(), rows_.end(), [&](const Row& r) { return r.key == key; });
+    return row != rows_.end() ? *row : rows_.emplace_back(Row{key, 0, 0, tolerance(key), ""});
+}
+
 void RowTable::record(const RowKey& key, double error, const std::string& body) {
-    auto row = std::find_if(rows_.begin(), rows_.end(), [&](const Row& r) { return r.key == key; });
-    if (row == rows_.end()) {
-        row = rows_.insert(rows_.end(), Row{key, 0, 0, tolerance(key), ""});
-    }
+    Row& row = row_of(key);
     const double bounded = std::isnan(error) ? std::numeric_limits<double>::infinity() : error / epsilon(key.precision);
-    if (row->cases == 0 || bounded > row->error) {
-        row->error = bounded;
-        row->worst_body = body;
+    if (row.cases == 0 || bounded > row.error) {
+        row.error = bounded;
+        row.worst_body = body;
     }
-    ++row->cases;
+    ++row.cases;
+}
+
+void RowTable::append(const RowTable& later) {
+    for (const Row& other : later.rows_) {
+        Row& row = row_of(other.key);
+        if (row.cases == 0 || other.error > row.error) {
+            row.error = other.error;
+            row.worst_body = other.worst_body;
+        }
+        row.cases += other.cases;
+    }
 }
 
 double epsilon(const std::string& precision) {

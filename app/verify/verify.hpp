@@ -42,9 +42,13 @@ class RowTable {
 public:
     /// Counts one case; keeps its error, relative, if it is the worst of its row. NaN counts as infinite.
     void record(const RowKey& key, double error, const std::string& body);
+    /// As if all that `later` has recorded came after what is here.
+    void append(const RowTable& later);
     const std::vector<Row>& rows() const { return rows_; }
 
 private:
+    Row& row_of(const RowKey& key);
+
     std::vector<Row> rows_; ///< in order of first appearance
 };
 
