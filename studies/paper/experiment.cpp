@@ -129,15 +129,18 @@ std::vector<std::uint32_t> pictured_nodes(const Experiment& experiment) {
     return nodes;
 }
 
+double shear_coefficient(double poisson_ratio) {
+    return 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio);
+}
+
 BeamTheory beam_theory(const Experiment& beam) {
     const Scene s = scene(beam);
     const double width = static_cast<double>(s.body.cells[0]) * s.body.cell_size;
     const double length = static_cast<double>(s.body.cells[2]) * s.body.cell_size;
     const double load = s.material.density * std::abs(s.gravity.acceleration[1]); // N/m^3
-    const double nu = s.material.poisson_ratio, k = 10 * (1 + nu) / (12 + 11 * nu);
     // A / I = 12 / width^2
     return {load * 12 / (width * width) * std::pow(length, 4) / (8 * s.material.young_modulus),
-            load * length * length / (2 * k * shear_modulus(s.material))};
+            load * length * length / (2 * shear_coefficient(s.material.poisson_ratio) * shear_modulus(s.material))};
 }
 
 } // namespace hybmss::paper

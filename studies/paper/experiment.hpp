@@ -31,8 +31,7 @@ enum class Model {
     hybmss,    ///< A = 1, with volume force
     hybmss_m   ///< A = 0, springs on means, with volume force
 };
-/// The paper's.
-inline constexpr Model kModels[] = {Model::hybmss_fd, Model::hybmss_cf, Model::hybmss};
+inline constexpr Model kModels[] = {Model::hybmss_fd, Model::hybmss_cf, Model::hybmss, Model::hybmss_m};
 
 /// "HybMSS-FD", "HybMSS-CF", "HybMSS" or "HybMSS-M".
 std::string_view name(Model model);
@@ -66,10 +65,13 @@ std::size_t response_axis(Kind kind);
 /// y = 2.5 m (Fig. 10), of a beam those on its axis (Fig. 5); none otherwise.
 std::vector<std::uint32_t> pictured_nodes(const Experiment& experiment);
 
+/// Timoshenko's coefficient of a rectangular section, by Cowper: 10 (1 + nu) / (12 + 11 nu).
+double shear_coefficient(double poisson_ratio);
+
 /// The deflections of the free end, m.
 struct BeamTheory {
     double bending = 0; ///< rho g A L^4 / (8 E I), Euler and Bernoulli: (6.1) at x = L
-    double shear = 0;   ///< what Timoshenko adds, rho g L^2 / (2 k G), k = 10 (1 + nu) / (12 + 11 nu)
+    double shear = 0;   ///< what Timoshenko adds, rho g L^2 / (2 k G)
 };
 BeamTheory beam_theory(const Experiment& beam);
 

@@ -20,6 +20,7 @@ const std::vector<TableEntry>& tables() {
         {"strain", strain_table},
         {"beam-mesh", beam_mesh_table},
         {"order", order_table},
+        {"waves", wave_table},
     };
     return all;
 }
@@ -32,7 +33,8 @@ void write_page(const std::vector<Table>& tables, const std::string& calculix, s
 Section 6 of Golec et al. 2020 (see [model.md](../model.md)), every experiment, beside the print and beside finite elements.
 
 - **ours**: the lattice at rest, by `solver.method = "static"` in double to a residual of 1e-8, where the paper stops a motion
-  after 10 s. HybMSS has A = 1, HybMSS-FD no face diagonals, HybMSS-CF no volume force.
+  after 10 s. HybMSS has A = 1, HybMSS-FD no face diagonals, HybMSS-CF no volume force. HybMSS-M is ours: springs on means
+  and A = 0 ([springs-on-means.md](../springs-on-means.md)).
 )"
         << "- **CalculiX**: " << calculix
         << R"(; C3D8I elements on the same mesh, NLGEOM (St Venant and Kirchhoff) unless

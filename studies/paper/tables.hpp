@@ -34,6 +34,9 @@ Table beam_mesh_table(TableContext& context);
 /// A smooth problem with a known solution: the order in which the error falls.
 Table order_table(TableContext& context);
 
+/// Plane waves and bending waves on few cells: errors of speed and frequency.
+Table wave_table(TableContext& context);
+
 /// What the command line knows: a name and what makes the table.
 struct TableEntry {
     std::string name;
