@@ -21,10 +21,11 @@ std::vector<WayOnMeshes> ways(const Extent& extent) {
     const auto add = [&](const Way& way, int usual) {
         all.push_back({way, extent.all ? extent.finest : std::min(usual, extent.finest)});
     };
-    for (const paper::Model model : {paper::Model::hybmss, paper::Model::hybmss_fd, paper::Model::hybmss_cf}) {
+    for (const paper::Model model :
+         {paper::Model::hybmss, paper::Model::hybmss_m, paper::Model::hybmss_fd, paper::Model::hybmss_cf}) {
         const bool whole = model == paper::Model::hybmss;
         for (const Precision precision : {Precision::float64, Precision::float32}) {
-            add({{}, Method::static_solve, model, precision}, whole ? 64 : 16);
+            add({{}, Method::static_solve, model, precision}, whole || model == paper::Model::hybmss_m ? 64 : 16);
             add({{}, Method::settling, model, precision}, whole ? 32 : 16);
             if (whole) {
                 add({{}, Method::paper_settling, model, precision}, 8);
@@ -110,7 +111,7 @@ std::vector<Point> measure_points(const Reference& reference, const Extent& exte
     return points;
 }
 
-double seconds_at(const std::vector<Point>& points, const Way& way, std::size_t index, double error) {
+Cost cost_at(const std::vector<Point>& points, const Way& way, std::size_t index, double error) {
     const Point* before = nullptr;
     for (const Point& point : points) {
         if (!(point.way == way) || !point.failure.empty() || !std::isfinite(point.errors[index])) {
@@ -118,15 +119,16 @@ double seconds_at(const std::vector<Point>& points, const Way& way, std::size_t 
         }
         if (point.errors[index] <= error) {
             if (before == nullptr) {
-                return point.seconds;
+                return {static_cast<double>(point.across), point.seconds};
             }
             const double part =
                 std::log(before->errors[index] / error) / std::log(before->errors[index] / point.errors[index]);
-            return before->seconds * std::pow(point.seconds / before->seconds, part);
+            return {before->across * std::pow(static_cast<double>(point.across) / before->across, part),
+                    before->seconds * std::pow(point.seconds / before->seconds, part)};
         }
         before = &point;
     }
-    return kNone;
+    return {};
 }
 
 } // namespace hybmss::price

@@ -53,8 +53,12 @@ struct Extent {
 std::vector<Point> measure_points(const Reference& reference, const Extent& extent,
                                   const std::function<void(const std::string&)>& progress);
 
-/// Seconds that a way takes to an error, by straight lines between its points in the logarithms of both, coarse to
-/// fine; its first point's where that is better already, not a number where its last is not good enough.
-double seconds_at(const std::vector<Point>& points, const Way& way, std::size_t error_index, double error);
+struct Cost {
+    double across = std::numeric_limits<double>::quiet_NaN(); ///< cells along the shortest edge
+    double seconds = std::numeric_limits<double>::quiet_NaN();
+};
+/// What an error takes a way, by straight lines between its points in the logarithms, coarse to fine; its first point's
+/// where that is better already, not numbers where its last is not good enough.
+Cost cost_at(const std::vector<Point>& points, const Way& way, std::size_t error_index, double error);
 
 } // namespace hybmss::price

@@ -29,39 +29,61 @@ bool is_trusted(const Reference& reference, const Point& point, std::size_t inde
     return point.failure.empty() && point.errors[index] > kTrust * uncertainty(reference, index);
 }
 
-/// The same way on the mesh before.
-const Point* before(const std::vector<Point>& points, const Point& point) {
-    const auto found = std::find_if(points.begin(), points.end(), [&](const Point& other) {
-        return other.way == point.way && other.across * 2 == point.across && other.failure.empty();
+Way static_in(Precision precision, paper::Model model = paper::Model::hybmss) {
+    return {{}, Method::static_solve, model, precision};
+}
+
+/// nullptr where there is none, or no answer.
+const Point* point_on(const std::vector<Point>& points, const Way& way, int across) {
+    const auto found = std::find_if(points.begin(), points.end(), [&](const Point& point) {
+        return point.way == way && point.across == across && point.failure.empty();
     });
     return found == points.end() ? nullptr : &*found;
 }
 
 Cell observed(const Reference& reference, const std::vector<Point>& points, const Point& point, std::size_t index) {
-    const Point* coarse = before(points, point);
+    const Point* coarse = point_on(points, point.way, point.across / 2);
     if (coarse == nullptr || !is_trusted(reference, point, index)) {
         return {};
     }
     return paper::observed_order(coarse->errors[index], coarse->across, point.errors[index], point.across);
 }
 
+/// By the four finest meshes; not a number with fewer.
+double limit_of_means(const std::vector<Point>& points, std::size_t index, double expected_order) {
+    std::vector<double> values;
+    for (const Point& point : points) {
+        if (point.way == static_in(Precision::float64, paper::Model::hybmss_m) && point.failure.empty()) {
+            values.push_back(point.values[index]);
+        }
+    }
+    if (values.size() < 4) {
+        return std::numeric_limits<double>::quiet_NaN();
+    }
+    return extrapolate({values.end() - 4, values.end()}, expected_order).value;
+}
+
 Table reference_table(const Solutions& solutions) {
-    Table table{"references",
-                "What the solutions converge to",
-                {"Limits of static solves in double on meshes of which each is twice as fine, by Richardson's "
-                 "extrapolation with the observed order; the uncertainty is what the limits of the coarser and of the "
-                 "finer three of four meshes differ by. nu = 0.3, strains of 1e-5, A = 1."},
-                {{"problem", "problem"},
-                 {"quantity", "quantity"},
-                 {"limit", "limit", -7},
-                 {"uncertainty", "uncertainty, %", -2},
-                 {"order", "order", 2},
-                 {"expected_order", "expected", 2},
-                 {"calculix", "C3D20 on its finest mesh", -7},
-                 {"to_calculix", "to limit, %", 3}},
-                {},
-                {"Expected: 2 lambda, where displacements leave a clamped edge as r^lambda. A beam's tip moves by "
-                 "bending too, whose error falls with order 2 and is the larger one on coarse meshes."}};
+    Table table{
+        "references",
+        "What the solutions converge to",
+        {"Limits of static solves in double on meshes of which each is twice as fine, by Richardson's "
+         "extrapolation with the observed order; the uncertainty is what the limits of the coarser and of the "
+         "finer three of four meshes differ by. nu = 0.3, strains of 1e-5, A = 1. HybMSS-M's limits come from the "
+         "four finest of its meshes below: both forms must agree."},
+        {{"problem", "problem"},
+         {"quantity", "quantity"},
+         {"limit", "limit", -7},
+         {"uncertainty", "uncertainty, %", -2},
+         {"order", "order", 2},
+         {"expected_order", "expected", 2},
+         {"hybmss_m", "HybMSS-M's", -7},
+         {"to_hybmss_m", "to limit, %", 3},
+         {"calculix", "C3D20 on its finest mesh", -7},
+         {"to_calculix", "to limit, %", 3}},
+        {},
+        {"Expected: 2 lambda, where displacements leave a clamped edge as r^lambda. A beam's tip moves by "
+         "bending too, whose error falls with order 2 and is the larger one on coarse meshes."}};
     for (std::size_t r = 0; r < solutions.references.size(); ++r) {
         const Reference& reference = solutions.references[r];
         const Point* fine = nullptr;
@@ -72,9 +94,10 @@ Table reference_table(const Solutions& solutions) {
         }
         for (std::size_t v = 0; v < reference.values.size(); ++v) {
             const Extrapolation& limit = reference.values[v];
+            const double means = limit_of_means(solutions.points[r], v, reference.expected_order);
             table.rows.push_back({std::string(paper::name(reference.kind)), error_names(reference.kind)[v], limit.value,
-                                  100 * limit.uncertainty, limit.order, reference.expected_order,
-                                  fine ? Cell(fine->values[v]) : Cell(),
+                                  100 * limit.uncertainty, limit.order, reference.expected_order, means,
+                                  100 * (means / limit.value - 1), fine ? Cell(fine->values[v]) : Cell(),
                                   fine ? Cell(100 * (fine->values[v] / limit.value - 1)) : Cell()});
         }
     }
@@ -158,6 +181,64 @@ Table point_table(const Solutions& solutions) {
     return table;
 }
 
+/// What figures and L2 cost, digit by digit.
+Table form_table(const Solutions& solutions) {
+    const Way nodes = static_in(Precision::float64), means = static_in(Precision::float64, paper::Model::hybmss_m);
+    Table table{"forms",
+                "What a digit costs: springs between nodes, springs on means, finite elements",
+                {"Cells (of the body, not whole numbers) and seconds to an error, found on straight lines between the "
+                 "meshes in the logarithms of error, cells and time: static solves in double of HybMSS (A = 1) and "
+                 "HybMSS-M (A = 0), one thread, CalculiX beside them. Where the coarsest mesh, 2 cells across, is "
+                 "better already, it stands there; \"-\": the finest mesh does not reach the error."},
+                {{"problem", "problem"},
+                 {"quantity", "quantity"},
+                 {"error", "error, %", -2},
+                 {"hybmss_cells", "HybMSS, cells", -3},
+                 {"hybmss_m_cells", "M, cells", -3},
+                 {"hybmss_seconds", "HybMSS, s", -3},
+                 {"hybmss_m_seconds", "M, s", -3},
+                 {"hybmss_over_m", "HybMSS / M", -3},
+                 {"c3d8i_seconds", "C3D8I, s", -3},
+                 {"c3d20_seconds", "C3D20, s", -3},
+                 {"c3d20_over_m", "C3D20 / M", -3}},
+                {},
+                {}};
+    constexpr int kCompared = 8; // cells across
+    for (std::size_t r = 0; r < solutions.references.size(); ++r) {
+        const Reference& reference = solutions.references[r];
+        const std::vector<Point>& points = solutions.points[r];
+        const std::vector<std::string> names = error_names(reference.kind);
+        const auto cells = [&](const Cost& cost) {
+            const auto [nx, ny, nz] = paper::mesh(experiment(reference.kind, 1));
+            return std::pow(cost.across, 3) * nx * ny * nz;
+        };
+        std::string compared;
+        for (std::size_t q = 0; q + 1 < names.size(); ++q) { // but H1
+            for (const double error : {0.1, 0.01, 0.001}) {
+                if (error < kTrust * uncertainty(reference, q)) {
+                    continue;
+                }
+                const Cost a = cost_at(points, nodes, q, error), b = cost_at(points, means, q, error);
+                const double c3d8i = cost_at(points, {calculix::ElementType::c3d8i}, q, error).seconds,
+                             c3d20 = cost_at(points, {calculix::ElementType::c3d20}, q, error).seconds;
+                table.rows.push_back({std::string(paper::name(reference.kind)), names[q], 100 * error, cells(a),
+                                      cells(b), a.seconds, b.seconds, a.seconds / b.seconds, c3d8i, c3d20,
+                                      c3d20 / b.seconds});
+            }
+            const Point *of_nodes = point_on(points, nodes, kCompared), *of_means = point_on(points, means, kCompared);
+            if (of_nodes != nullptr && of_means != nullptr) {
+                compared += fmt::format("{}{} {:.2f}", compared.empty() ? "" : ", ", names[q],
+                                        of_means->errors[q] / of_nodes->errors[q]);
+            }
+        }
+        if (!compared.empty()) {
+            table.remarks.push_back(fmt::format("{}, {} cells across: HybMSS-M's errors over HybMSS's: {}.",
+                                                paper::name(reference.kind), kCompared, compared));
+        }
+    }
+    return table;
+}
+
 /// Least, middle and greatest of what there is.
 std::string range_text(std::vector<double> ratios) {
     if (ratios.empty()) {
@@ -204,9 +285,8 @@ Table equal_error_table(const Solutions& solutions, bool of_calculix) {
                     continue;
                 }
                 const double error = point.errors[q];
-                const double seconds[] = {
-                    seconds_at(points, {{}, Method::static_solve, paper::Model::hybmss, Precision::float64}, q, error),
-                    seconds_at(points, {{}, Method::static_solve, paper::Model::hybmss, Precision::float32}, q, error)};
+                const double seconds[] = {cost_at(points, static_in(Precision::float64), q, error).seconds,
+                                          cost_at(points, static_in(Precision::float32), q, error).seconds};
                 table.rows.push_back({std::string(paper::name(reference.kind)), quantities[q], name(point.way),
                                       of_calculix ? Cell() : Cell(std::string(name(point.way.precision))),
                                       mesh_text(reference.kind, point.across), 100 * error, point.seconds, seconds[0],
@@ -245,7 +325,7 @@ Solutions measure_solutions(const Extent& extent, const std::function<void(const
 }
 
 std::vector<Table> solution_tables(const Solutions& solutions) {
-    std::vector<Table> tables = {reference_table(solutions), point_table(solutions)};
+    std::vector<Table> tables = {reference_table(solutions), point_table(solutions), form_table(solutions)};
     tables.push_back(equal_error_table(solutions, true));
     if (tables.back().rows.empty()) {
         tables.pop_back();

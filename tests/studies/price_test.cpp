@@ -76,17 +76,19 @@ TEST(Price, ClampedEdgeHasItsExponent) {
     EXPECT_NEAR(clamped_edge_exponent(0), 1, 1e-9);
 }
 
-TEST(Price, SecondsLieOnLinesBetweenPoints) {
+TEST(Price, CostsLieOnLinesBetweenPoints) {
     const Way way, other{calculix::ElementType::c3d20};
     std::vector<Point> points;
     for (const auto& [across, seconds, error] : {std::tuple(2, 1.0, 0.1), {4, 10.0, 0.01}, {8, 100.0, 0.004}}) {
         points.push_back({way, paper::Kind::shear, across, {}, seconds, 0, {}, {error, error, error}});
         points.push_back({other, paper::Kind::shear, across, {}, 1e-3, 0, {}, {1e-9, 1e-9, 1e-9}});
     }
-    EXPECT_DOUBLE_EQ(seconds_at(points, way, 0, 0.5), 1); // the coarsest mesh is good enough
-    EXPECT_NEAR(seconds_at(points, way, 1, 0.1 / std::sqrt(10.0)), std::sqrt(10.0), 1e-12);
-    EXPECT_NEAR(seconds_at(points, way, 2, 0.004), 100, 1e-9);
-    EXPECT_TRUE(std::isnan(seconds_at(points, way, 0, 0.003)));
+    EXPECT_DOUBLE_EQ(cost_at(points, way, 0, 0.5).seconds, 1); // the coarsest mesh is good enough
+    const Cost between = cost_at(points, way, 1, 0.1 / std::sqrt(10.0));
+    EXPECT_NEAR(between.seconds, std::sqrt(10.0), 1e-12);
+    EXPECT_NEAR(between.across, std::sqrt(8.0), 1e-12);
+    EXPECT_NEAR(cost_at(points, way, 2, 0.004).seconds, 100, 1e-9);
+    EXPECT_TRUE(std::isnan(cost_at(points, way, 0, 0.003).seconds));
 }
 
 // On coarse meshes already the errors of the static solve fall with the order that the clamped edges allow.
@@ -114,6 +116,18 @@ TEST(Price, ObservedOrdersAreThoseOfTheClampedEdges) {
     // All ways come to rest at the same place.
     for (const Method method : kMethods) {
         EXPECT_NEAR(point(8, method).errors[0], fine.errors[0], 0.03 * fine.errors[0]) << name(method);
+    }
+}
+
+TEST(Price, SpringsOnMeansErrLessOnTheSameMesh) {
+    for (const auto& [kind, most] :
+         {std::pair(paper::Kind::shear, 0.7), {paper::Kind::torsion, 0.5}, {paper::Kind::beam, 0.1}}) {
+        const double limit = make_reference(kind, 16, [](const std::string&) {}).values[0].value;
+        const auto error = [&, kind = kind](paper::Model model) {
+            return std::abs(solve_lattice(kind, 4, model, Method::static_solve, Precision::float64).values[0] / limit -
+                            1);
+        };
+        EXPECT_LT(error(paper::Model::hybmss_m), most * error(paper::Model::hybmss)) << paper::name(kind);
     }
 }
 
