@@ -23,7 +23,7 @@ namespace {
 using namespace hybmss;
 
 struct StabilityArguments {
-    std::string json, filter;
+    std::string json, filter, springs = "nodes";
     bool map = false, integrators = false, quick = false, force = false;
 };
 
@@ -58,7 +58,8 @@ void run_integrators(AtomicFile* json) {
 
 std::vector<stability::HardCase> chosen_cases(const StabilityArguments& arguments) {
     std::vector<stability::HardCase> chosen;
-    for (stability::HardCase& hard_case : stability::hard_cases()) {
+    const SpringForm springs = arguments.springs == "means" ? SpringForm::means : SpringForm::nodes;
+    for (stability::HardCase& hard_case : stability::hard_cases(springs)) {
         if ((!arguments.quick || hard_case.quick) && hard_case.name.find(arguments.filter) != std::string::npos) {
             chosen.push_back(std::move(hard_case));
         }
@@ -83,7 +84,7 @@ void run_cases(const StabilityArguments& arguments, AtomicFile* json) {
     line.clear();
     stability::print_cases(rows, std::cout);
     if (json) {
-        nlohmann::ordered_json report = {{"version", kVersion}};
+        nlohmann::ordered_json report = {{"version", kVersion}, {"springs", arguments.springs}};
         report.update(stability::cases_json(rows));
         json->stream() << report.dump(1) << '\n';
         json->commit();
@@ -114,6 +115,9 @@ void add_stability_command(CLI::App& app) {
     command->add_flag("--map", arguments->map, "where the homogeneous lattice is stable, over nu, A and stretch");
     command->add_flag("--integrators", arguments->integrators, "error against step size of each time integrator");
     command->add_option("--filter", arguments->filter, "only cases with this text in their names");
+    command->add_option("--springs", arguments->springs, "of the cases' lattices: nodes or means")
+        ->check(CLI::IsMember({"nodes", "means"}))
+        ->capture_default_str();
     command->add_flag("--quick", arguments->quick, "only the cases that the tests run too");
     add_force_option(*command, arguments->force);
     command->callback([arguments] { run_stability(*arguments); });

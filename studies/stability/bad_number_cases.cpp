@@ -21,7 +21,7 @@ Lattice cube() {
 }
 
 /// A scene with one value changed.
-std::string scene_text(const std::string& key, const std::string& value) {
+Scene scene_with(SpringForm springs, const std::string& key, const std::string& value) {
     struct Line {
         const char *table, *key, *value;
     };
@@ -41,13 +41,15 @@ std::string scene_text(const std::string& key, const std::string& value) {
     for (const Line& line : kLines) {
         text += fmt::format("{}\n{} = {}\n", line.table, line.key, key == line.key ? value : line.value);
     }
-    return text;
+    Scene scene = parse_scene(text, "scene.toml");
+    scene.material.springs = springs;
+    return scene;
 }
 
-Outcome run_scene(const std::string& key, const std::string& value) {
+Outcome run_scene(SpringForm springs, const std::string& key, const std::string& value) {
     SimulationOptions options;
     options.plan.threads = 1;
-    Simulation simulation(parse_scene(scene_text(key, value), "scene.toml"), options);
+    Simulation simulation(scene_with(springs, key, value), options);
     const Summary summary = simulation.run();
     const Energies& e = summary.energies;
     require(std::isfinite(e.springs + e.volume + e.kinetic + e.external), "a number in the results is not finite");
@@ -58,8 +60,8 @@ Outcome run_scene(const std::string& key, const std::string& value) {
 }
 
 template <class T>
-Outcome set_displacement(double value) {
-    BodyMotion<T> motion(cube(), case_material(0.4));
+Outcome set_displacement(SpringForm springs, double value) {
+    BodyMotion<T> motion(cube(), case_material(springs, 0.4));
     Vectors u(motion.node_count(), Vector3d::Zero());
     u[5][1] = value;
     motion.set_displacements(u);
@@ -67,16 +69,16 @@ Outcome set_displacement(double value) {
 }
 
 template <class T>
-Outcome set_velocity(double value) {
-    BodyMotion<T> motion(cube(), case_material(0.4));
+Outcome set_velocity(SpringForm springs, double value) {
+    BodyMotion<T> motion(cube(), case_material(springs, 0.4));
     Vectors v(motion.node_count(), Vector3d::Zero());
     v[5][1] = value;
     motion.set_velocities(v);
     return right("accepted");
 }
 
-Outcome prescribe(double displacement, double velocity) {
-    BodyMotion<double> motion(cube(), case_material(0.4));
+Outcome prescribe(SpringForm springs, double displacement, double velocity) {
+    BodyMotion<double> motion(cube(), case_material(springs, 0.4));
     PrescribedNode node;
     node.displacement = {displacement, 0, 0};
     node.velocity = {velocity, 0, 0};
@@ -84,8 +86,8 @@ Outcome prescribe(double displacement, double velocity) {
     return right("accepted");
 }
 
-Outcome step(double time_step, double acceleration, double damping) {
-    BodyMotion<double> motion(cube(), case_material(0.4));
+Outcome step(SpringForm springs, double time_step, double acceleration, double damping) {
+    BodyMotion<double> motion(cube(), case_material(springs, 0.4));
     motion.step({time_step, {0, acceleration, 0}, damping}, 1);
     return right("accepted");
 }
@@ -98,12 +100,12 @@ Outcome make(const Material& material, double cell_size) {
 /// ForcePlan checks no values (it would read them twice). The contract: a node that is not finite spoils the energy and
 /// the forces on nodes that share a cell with it, and nothing beyond.
 template <class T>
-Outcome force_plan(double value) {
+Outcome force_plan(SpringForm springs, double value) {
     constexpr int kCells = 6;
     const Lattice lattice = Lattice::box(kCells, kCells, kCells, kCellSize);
     PlanOptions options;
     options.threads = 1;
-    const ForcePlan<T> plan(lattice, case_material(0.4), options);
+    const ForcePlan<T> plan(lattice, case_material(springs, 0.4), options);
     std::vector<T> u(3 * plan.node_count()), f(u.size());
     const std::size_t bad = lattice.grid_node_index(1, 1, 1);
     u[3 * bad] = static_cast<T>(value);
@@ -125,12 +127,11 @@ Outcome force_plan(double value) {
 
 /// A motion that is driven beyond all bounds: the run must stop with the step and the cause and keep the last good
 /// state.
-Outcome blow_up(Precision precision) {
-    Scene scene = parse_scene(scene_text("translate", "[0, -900000, 0]"), "scene.toml");
+Outcome blow_up(SpringForm springs, Precision precision) {
     SimulationOptions options;
     options.precision = precision;
     options.plan.threads = 1;
-    Simulation simulation(scene, options);
+    Simulation simulation(scene_with(springs, "translate", "[0, -900000, 0]"), options);
     const Summary summary = simulation.run();
     require(!summary.failure.empty(), "no failure is told");
     for (const auto& u : simulation.displacements()) {
@@ -144,7 +145,7 @@ Outcome blow_up(Precision precision) {
 
 } // namespace
 
-void append_bad_number_cases(std::vector<HardCase>& cases) {
+void append_bad_number_cases(std::vector<HardCase>& cases, SpringForm springs) {
     const auto refused = [&](const std::string& name, std::function<Outcome()> run) {
         cases.push_back({"numbers: " + name, "is refused", Wanted::error, true, std::move(run)});
     };
@@ -163,49 +164,52 @@ void append_bad_number_cases(std::vector<HardCase>& cases) {
             cases.push_back({fmt::format("numbers: scene with {} = {}", key, text),
                              huge_is_allowed ? "ends, with finite numbers or an error" : "is refused",
                              huge_is_allowed ? Wanted::answer_or_error : Wanted::error, true,
-                             [name, text] { return run_scene(name, text); }});
+                             [=] { return run_scene(springs, name, text); }});
         }
     }
     for (const double value : {kNan, kInfinity, -kInfinity}) {
-        refused(fmt::format("set_displacements with {}, float", value), [=] { return set_displacement<float>(value); });
+        refused(fmt::format("set_displacements with {}, float", value),
+                [=] { return set_displacement<float>(springs, value); });
         refused(fmt::format("set_displacements with {}, double", value),
-                [=] { return set_displacement<double>(value); });
-        refused(fmt::format("set_velocities with {}, float", value), [=] { return set_velocity<float>(value); });
-        refused(fmt::format("prescribed displacement {}", value), [=] { return prescribe(value, 0); });
-        refused(fmt::format("prescribed velocity {}", value), [=] { return prescribe(0, value); });
-        refused(fmt::format("time step {}", value), [=] { return step(value, 0, 0); });
-        refused(fmt::format("acceleration {}", value), [=] { return step(1e-4, value, 0); });
-        refused(fmt::format("damping {}", value), [=] { return step(1e-4, 0, value); });
+                [=] { return set_displacement<double>(springs, value); });
+        refused(fmt::format("set_velocities with {}, float", value),
+                [=] { return set_velocity<float>(springs, value); });
+        refused(fmt::format("prescribed displacement {}", value), [=] { return prescribe(springs, value, 0); });
+        refused(fmt::format("prescribed velocity {}", value), [=] { return prescribe(springs, 0, value); });
+        refused(fmt::format("time step {}", value), [=] { return step(springs, value, 0, 0); });
+        refused(fmt::format("acceleration {}", value), [=] { return step(springs, 1e-4, value, 0); });
+        refused(fmt::format("damping {}", value), [=] { return step(springs, 1e-4, 0, value); });
         refused(fmt::format("Young's modulus {}", value), [=] {
-            Material material = case_material(0.4);
+            Material material = case_material(springs, 0.4);
             material.young_modulus = value;
             return make(material, kCellSize);
         });
-        refused(fmt::format("Poisson's ratio {}", value), [=] { return make(case_material(value), kCellSize); });
-        refused(fmt::format("A = {}", value), [=] { return make(case_material(0.4, value), kCellSize); });
-        refused(fmt::format("cell size {}", value), [=] { return make(case_material(0.4), value); });
+        refused(fmt::format("Poisson's ratio {}", value),
+                [=] { return make(case_material(springs, value), kCellSize); });
+        refused(fmt::format("A = {}", value), [=] { return make(case_material(springs, 0.4, value), kCellSize); });
+        refused(fmt::format("cell size {}", value), [=] { return make(case_material(springs, 0.4), value); });
         cases.push_back({fmt::format("numbers: ForcePlan at a displacement of {}, float", value),
                          "spoils its neighbours' forces and the energy, nothing else", Wanted::answer, true,
-                         [=] { return force_plan<float>(value); }});
+                         [=] { return force_plan<float>(springs, value); }});
         cases.push_back({fmt::format("numbers: ForcePlan at a displacement of {}, double", value),
                          "spoils its neighbours' forces and the energy, nothing else", Wanted::answer, true,
-                         [=] { return force_plan<double>(value); }});
+                         [=] { return force_plan<double>(springs, value); }});
     }
     for (const double value : {1e300, 1e-300, -1.0, 0.0}) {
-        refused(fmt::format("cell size {:g}", value), [=] { return make(case_material(0.4), value); });
+        refused(fmt::format("cell size {:g}", value), [=] { return make(case_material(springs, 0.4), value); });
     }
     cases.push_back({"numbers: ForcePlan at a displacement of 1e30, float",
                      "spoils its neighbours' forces and the energy", Wanted::answer, true,
-                     [] { return force_plan<float>(1e30); }});
+                     [=] { return force_plan<float>(springs, 1e30); }});
     cases.push_back({"numbers: ForcePlan at a displacement of 1e300, double",
                      "spoils its neighbours' forces and the energy", Wanted::answer, true,
-                     [] { return force_plan<double>(1e300); }});
+                     [=] { return force_plan<double>(springs, 1e300); }});
     cases.push_back({"numbers: a plate driven 900 km into the body, double",
                      "stops with step and cause, last state kept", Wanted::error, true,
-                     [] { return blow_up(Precision::float64); }});
+                     [=] { return blow_up(springs, Precision::float64); }});
     cases.push_back({"numbers: a plate driven 900 km into the body, float",
                      "stops with step and cause, last state kept", Wanted::error, true,
-                     [] { return blow_up(Precision::float32); }});
+                     [=] { return blow_up(springs, Precision::float32); }});
 }
 
 } // namespace hybmss::stability

@@ -142,13 +142,15 @@ double greatest_length(const Vectors& vectors) {
     return greatest;
 }
 
-Material case_material(double poisson_ratio, double face_diagonal_ratio, VolumeEnergy volume_energy) {
+Material case_material(SpringForm springs, double poisson_ratio, double face_diagonal_ratio,
+                       VolumeEnergy volume_energy) {
     Material material;
     material.young_modulus = 1e4;
     material.poisson_ratio = poisson_ratio;
     material.density = 1000;
     material.face_diagonal_ratio = face_diagonal_ratio;
     material.volume_energy = volume_energy;
+    material.springs = springs;
     return material;
 }
 

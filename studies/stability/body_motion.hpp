@@ -73,7 +73,7 @@ Vectors rotation(const Vectors& rest, const Vector3d& axis, double angle);
 double greatest_length(const Vectors& vectors);
 
 /// A soft, slow material that all cases share: E = 10 kPa, 1000 kg/m^3.
-Material case_material(double poisson_ratio, double face_diagonal_ratio = 1,
+Material case_material(SpringForm springs, double poisson_ratio, double face_diagonal_ratio = 1,
                        VolumeEnergy volume_energy = VolumeEnergy::automatic);
 inline constexpr double kCellSize = 0.5; // m
 

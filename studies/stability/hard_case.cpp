@@ -89,16 +89,16 @@ Outcome error(std::string how) {
     return {Ending::error, std::move(how), {}, {}, {}, {}};
 }
 
-std::vector<HardCase> hard_cases() {
+std::vector<HardCase> hard_cases(SpringForm springs) {
     std::vector<HardCase> cases;
-    append_recovery_cases(cases);
-    append_shape_cases(cases);
-    append_precision_cases(cases);
-    append_long_run_cases(cases);
-    append_time_step_cases(cases);
-    append_bad_number_cases(cases);
-    append_static_cases(cases);
-    append_solver_cases(cases);
+    append_recovery_cases(cases, springs);
+    append_shape_cases(cases, springs);
+    append_precision_cases(cases, springs);
+    append_long_run_cases(cases, springs);
+    append_time_step_cases(cases, springs);
+    append_bad_number_cases(cases, springs);
+    append_static_cases(cases, springs);
+    append_solver_cases(cases, springs);
     return cases;
 }
 

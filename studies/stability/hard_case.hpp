@@ -3,6 +3,8 @@
 /// \file
 /// One hard case: what is asked, how it is run, how it may end; and all of them as a table and as JSON.
 
+#include "hybmss/material.hpp"
+
 #include <nlohmann/json_fwd.hpp>
 
 #include <functional>
@@ -56,18 +58,18 @@ void require(bool good, const std::string& reason);
 Outcome right(std::string how);
 Outcome error(std::string how);
 
-/// Every case there is, in the order of the table.
-std::vector<HardCase> hard_cases();
+/// Every case there is, in the order of the table, of lattices with such springs; networks have theirs between nodes.
+std::vector<HardCase> hard_cases(SpringForm springs);
 
 // The cases by subject: each appends its own.
-void append_recovery_cases(std::vector<HardCase>& cases);
-void append_shape_cases(std::vector<HardCase>& cases);
-void append_precision_cases(std::vector<HardCase>& cases);
-void append_long_run_cases(std::vector<HardCase>& cases);
-void append_time_step_cases(std::vector<HardCase>& cases);
-void append_bad_number_cases(std::vector<HardCase>& cases);
-void append_static_cases(std::vector<HardCase>& cases);
-void append_solver_cases(std::vector<HardCase>& cases);
+void append_recovery_cases(std::vector<HardCase>& cases, SpringForm springs);
+void append_shape_cases(std::vector<HardCase>& cases, SpringForm springs);
+void append_precision_cases(std::vector<HardCase>& cases, SpringForm springs);
+void append_long_run_cases(std::vector<HardCase>& cases, SpringForm springs);
+void append_time_step_cases(std::vector<HardCase>& cases, SpringForm springs);
+void append_bad_number_cases(std::vector<HardCase>& cases, SpringForm springs);
+void append_static_cases(std::vector<HardCase>& cases, SpringForm springs);
+void append_solver_cases(std::vector<HardCase>& cases, SpringForm springs);
 
 struct CaseRow {
     HardCase hard_case;

@@ -25,7 +25,7 @@ Lattice cube() {
 }
 
 Material cube_material() {
-    return case_material(0.4);
+    return case_material(SpringForm::nodes, 0.4);
 }
 
 struct Vibration {

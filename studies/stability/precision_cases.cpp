@@ -61,9 +61,9 @@ Outcome small_strain(const Material& material) {
 }
 
 /// A vibration of that size in float follows the one in double.
-Outcome small_vibration() {
-    BodyMotion<float> motion(cube(), case_material(0.4));
-    BodyMotion<double> precise(cube(), case_material(0.4));
+Outcome small_vibration(SpringForm springs) {
+    BodyMotion<float> motion(cube(), case_material(springs, 0.4));
+    BodyMotion<double> precise(cube(), case_material(springs, 0.4));
     const Vectors u = stored<float>(random_vectors(motion.node_count(), 1e-7 * kCellSize, 32));
     motion.set_displacements(u);
     precise.set_displacements(u);
@@ -81,7 +81,7 @@ Outcome small_vibration() {
 
 /// The same body with its rest positions shifted: displacements stay small numbers, so float loses nothing.
 Outcome far_from_origin() {
-    const Network near = Network::from_lattice(cube(), case_material(0.4));
+    const Network near = Network::from_lattice(cube(), case_material(SpringForm::nodes, 0.4));
     Network far = near;
     for (auto& x : far.rest_positions) {
         x[0] += 1e6;
@@ -109,8 +109,8 @@ Outcome far_from_origin() {
 }
 
 /// A body that was carried away instead: u holds the whole way, and its neighbours' difference the strain.
-Outcome carried_away() {
-    BodyMotion<double> motion(cube(), case_material(0.4));
+Outcome carried_away(SpringForm springs) {
+    BodyMotion<double> motion(cube(), case_material(springs, 0.4));
     const Vectors strain = random_vectors(motion.node_count(), 0.05 * kCellSize, 34);
     motion.set_displacements(strain);
     const Vectors expected = motion.forces();
@@ -128,8 +128,8 @@ Outcome carried_away() {
 
 /// Turned by 180 degrees: no force; strained and turned: the turned forces.
 template <class T>
-Outcome turned() {
-    const Material material = case_material(0.4);
+Outcome turned(SpringForm springs) {
+    const Material material = case_material(springs, 0.4);
     BodyMotion<T> motion(cube(), material);
     const Vector3d axis(1, 2, -2);
     motion.set_displacements(rotation(motion.rest(), axis, std::numbers::pi));
@@ -162,22 +162,22 @@ Outcome turned() {
 
 } // namespace
 
-void append_precision_cases(std::vector<HardCase>& cases) {
+void append_precision_cases(std::vector<HardCase>& cases, SpringForm springs) {
     for (const double nu : {0.0, 0.25, 0.4, 0.4999}) {
         cases.push_back({fmt::format("precision: strain 1e-7 in float, nu = {:g}", nu),
                          "forces and energy right to 2e-6", Wanted::answer, true,
-                         [nu] { return small_strain(case_material(nu)); }});
+                         [=] { return small_strain(case_material(springs, nu)); }});
     }
     cases.push_back({"precision: vibration of strain 1e-7 in float", "follows double to a hundredth of the amplitude",
-                     Wanted::answer, true, small_vibration});
+                     Wanted::answer, true, [=] { return small_vibration(springs); }});
     cases.push_back({"precision: rest positions 1e6 m from the origin, float", "forces as at the origin",
                      Wanted::answer, true, far_from_origin});
     cases.push_back({"precision: displaced by 1e6 m, double", "forces as at the origin to 1e-7", Wanted::answer, true,
-                     carried_away});
-    cases.push_back(
-        {"precision: turned by 180 degrees, double", "no force, no energy", Wanted::answer, true, turned<double>});
-    cases.push_back(
-        {"precision: turned by 180 degrees, float", "no force, no energy", Wanted::answer, true, turned<float>});
+                     [=] { return carried_away(springs); }});
+    cases.push_back({"precision: turned by 180 degrees, double", "no force, no energy", Wanted::answer, true,
+                     [=] { return turned<double>(springs); }});
+    cases.push_back({"precision: turned by 180 degrees, float", "no force, no energy", Wanted::answer, true,
+                     [=] { return turned<float>(springs); }});
 }
 
 } // namespace hybmss::stability

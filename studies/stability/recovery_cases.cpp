@@ -146,13 +146,13 @@ Outcome recover(const Start& start, const Material& material) {
 
 } // namespace
 
-void append_recovery_cases(std::vector<HardCase>& cases) {
+void append_recovery_cases(std::vector<HardCase>& cases, SpringForm springs) {
     struct Choice {
         double poisson_ratio, face_diagonal_ratio;
     };
     for (const Choice& choice : {Choice{0.25, 1}, Choice{0.25, 0}, Choice{0.4, 1}, Choice{0.49, 1}, Choice{0, 1}}) {
         for (const Start& start : kStarts) {
-            const Material material = case_material(choice.poisson_ratio, choice.face_diagonal_ratio);
+            const Material material = case_material(springs, choice.poisson_ratio, choice.face_diagonal_ratio);
             const bool bounded = choice.poisson_ratio >= 0.25;
             cases.push_back({fmt::format("recovery: {}, nu = {:g}, A = {:g}", start.name, choice.poisson_ratio,
                                          choice.face_diagonal_ratio),

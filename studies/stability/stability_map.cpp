@@ -53,11 +53,13 @@ Threshold threshold(const Material& material, Stretching stretching, double end)
 
 } // namespace
 
-Material map_material(double poisson_ratio, double face_diagonal_ratio, VolumeEnergy volume_energy) {
+Material map_material(double poisson_ratio, double face_diagonal_ratio, VolumeEnergy volume_energy,
+                      SpringForm springs) {
     Material material;
     material.poisson_ratio = poisson_ratio;
     material.face_diagonal_ratio = face_diagonal_ratio;
     material.volume_energy = volume_energy;
+    material.springs = springs;
     return material;
 }
 
@@ -75,20 +77,22 @@ StableRange stable_range(const Material& material, Stretching stretching) {
 
 std::vector<MapRow> stability_map(const std::function<void(double)>& progress) {
     constexpr std::array kEnergies = {VolumeEnergy::mean_stretch, VolumeEnergy::quadratic};
-    constexpr double kCount = static_cast<double>(kEnergies.size() * kPoissonRatios.size() *
-                                                  kFaceDiagonalRatios.size() * kStretchings.size());
     std::vector<MapRow> rows;
-    double done = 0;
     for (const VolumeEnergy energy : kEnergies) {
         for (const double nu : kPoissonRatios) {
             for (const double ratio : kFaceDiagonalRatios) {
-                MapRow& row = rows.emplace_back();
-                row.material = map_material(nu, ratio, energy);
-                for (std::size_t l = 0; l < kStretchings.size(); ++l) {
-                    row.ranges[l] = stable_range(row.material, kStretchings[l]);
-                    progress(++done / kCount);
-                }
+                rows.push_back({map_material(nu, ratio, energy), {}});
             }
+            for (const double ratio : {0.0, 1.0}) {
+                rows.push_back({map_material(nu, ratio, energy, SpringForm::means), {}});
+            }
+        }
+    }
+    double done = 0;
+    for (MapRow& row : rows) {
+        for (std::size_t l = 0; l < kStretchings.size(); ++l) {
+            row.ranges[l] = stable_range(row.material, kStretchings[l]);
+            progress(++done / static_cast<double>(rows.size() * kStretchings.size()));
         }
     }
     return rows;
@@ -140,6 +144,10 @@ std::string_view name(VolumeEnergy energy) {
     }
 }
 
+std::string_view name(SpringForm form) {
+    return form == SpringForm::means ? "means" : "nodes";
+}
+
 /// q in pi/h. Waves that the loading's symmetry makes equal are shown as one: the axes that are alike in falling order.
 std::array<double, 3> wave_vector(const Wave& wave, Stretching stretching) {
     std::array<double, 3> q;
@@ -189,16 +197,16 @@ nlohmann::ordered_json threshold_json(const Threshold& threshold, Stretching str
 void print_map(const std::vector<MapRow>& rows, std::ostream& out) {
     out << "The infinite lattice under homogeneous stretch: where no plane wave grows. Wave vectors in pi/h.\n"
            "bar: stretched along y, sides free; confined: sides held; dilation: all three alike.\n\n";
-    out << fmt::format("{:<13}{:>7}{:>6}  {:<9} {:>9} {:>9}  {:<22}{:<22}\n", "volume energy", "nu", "A", "loading",
-                       "from", "to", "lost below by", "lost above by");
+    out << fmt::format("{:<13} {:<7}{:>7}{:>6}  {:<9} {:>9} {:>9}  {:<22}{:<22}\n", "volume energy", "springs", "nu",
+                       "A", "loading", "from", "to", "lost below by", "lost above by");
     for (const MapRow& row : rows) {
         for (std::size_t l = 0; l < kStretchings.size(); ++l) {
             const StableRange& range = row.ranges[l];
             const std::string line =
-                fmt::format("{:<13}{:>7g}{:>6g}  {:<9} {:>9} {:>9}  {:<22}{}", name(row.material.volume_energy),
-                            row.material.poisson_ratio, row.material.face_diagonal_ratio, name(kStretchings[l]),
-                            stretch(range.low, "<"), stretch(range.high, ">"), cause(range.low, kStretchings[l]),
-                            cause(range.high, kStretchings[l]));
+                fmt::format("{:<13} {:<7}{:>7g}{:>6g}  {:<9} {:>9} {:>9}  {:<22}{}", name(row.material.volume_energy),
+                            name(row.material.springs), row.material.poisson_ratio, row.material.face_diagonal_ratio,
+                            name(kStretchings[l]), stretch(range.low, "<"), stretch(range.high, ">"),
+                            cause(range.low, kStretchings[l]), cause(range.high, kStretchings[l]));
             out << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
         }
     }
@@ -209,6 +217,7 @@ nlohmann::ordered_json map_json(const std::vector<MapRow>& rows) {
     for (const MapRow& row : rows) {
         for (std::size_t l = 0; l < kStretchings.size(); ++l) {
             all.push_back({{"volume_energy", name(row.material.volume_energy)},
+                           {"springs", name(row.material.springs)},
                            {"poisson_ratio", row.material.poisson_ratio},
                            {"face_diagonal_ratio", row.material.face_diagonal_ratio},
                            {"loading", name(kStretchings[l])},

@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// Where the homogeneous lattice itself is stable, over Poisson's ratio, A and stretch; as a table and as JSON.
+/// Where the homogeneous lattice itself is stable, over Poisson's ratio, form of springs, A and stretch; as a table and
+/// as JSON.
 
 #include "studies/stability/weakest_wave.hpp"
 
@@ -25,7 +26,8 @@ inline constexpr std::array kFaceDiagonalRatios = {0.0, 0.1, 1.0, 10.0};
 /// Stiffnesses are relative to G (see Wave); those this near to zero are rounding, and count as neutral, not unstable.
 inline constexpr double kNeutral = 1e-9;
 
-Material map_material(double poisson_ratio, double face_diagonal_ratio, VolumeEnergy volume_energy);
+Material map_material(double poisson_ratio, double face_diagonal_ratio, VolumeEnergy volume_energy,
+                      SpringForm springs = SpringForm::nodes);
 
 /// One state: empty where the loading has no homogeneous state.
 std::optional<Wave> weakest_wave_at(const Material& material, Stretching stretching, double stretch);
@@ -48,7 +50,7 @@ struct MapRow {
     std::array<StableRange, kStretchings.size()> ranges;
 };
 
-/// Rows for every nu, A and both volume energies. `progress` gets the share done.
+/// Rows for every nu, A and both volume energies; on means for A = 0 and 1. `progress` gets the share done.
 std::vector<MapRow> stability_map(const std::function<void(double)>& progress);
 
 /// The values of one panel of the picture.

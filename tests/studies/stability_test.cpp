@@ -23,7 +23,7 @@ HardCase case_that(Wanted wanted, std::function<Outcome()> run) {
 
 TEST(HardCase, NamesAreUnique) {
     std::set<std::string> names;
-    for (const HardCase& hard_case : hard_cases()) {
+    for (const HardCase& hard_case : hard_cases(SpringForm::nodes)) {
         EXPECT_TRUE(names.insert(hard_case.name).second) << hard_case.name;
     }
 }
@@ -57,12 +57,13 @@ TEST(HardCase, WhatIsNoNumberOrNoRefusalIsWrong) {
     EXPECT_EQ(run_case(case_that(Wanted::answer_or_error, breaks)).ending, Ending::wrong);
 }
 
-class QuickCases : public testing::TestWithParam<const char*> {};
+class QuickCases : public testing::TestWithParam<std::pair<const char*, SpringForm>> {};
 
 TEST_P(QuickCases, EndWell) {
     int ran = 0;
-    for (const HardCase& hard_case : hard_cases()) {
-        if (hard_case.quick && hard_case.name.rfind(GetParam(), 0) == 0) {
+    const auto& [group, springs] = GetParam();
+    for (const HardCase& hard_case : hard_cases(springs)) {
+        if (hard_case.quick && hard_case.name.rfind(group, 0) == 0) {
             const Outcome outcome = run_case(hard_case);
             EXPECT_NE(outcome.ending, Ending::wrong) << hard_case.name << ": " << outcome.how;
             ++ran;
@@ -71,13 +72,19 @@ TEST_P(QuickCases, EndWell) {
     EXPECT_GT(ran, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(HardCases, QuickCases,
-                         testing::Values("recovery", "shape", "precision", "long", "time step", "numbers", "static",
-                                         "solver"),
-                         [](const auto& group) {
-                             std::string name = group.param;
+INSTANTIATE_TEST_SUITE_P(HardCases, QuickCases, testing::ValuesIn([] {
+                             std::vector<std::pair<const char*, SpringForm>> all;
+                             for (const char* group : {"recovery", "shape", "precision", "long", "time step", "numbers",
+                                                       "static", "solver"}) {
+                                 all.emplace_back(group, SpringForm::nodes);
+                                 all.emplace_back(group, SpringForm::means);
+                             }
+                             return all;
+                         }()),
+                         [](const auto& cases) {
+                             std::string name = cases.param.first;
                              std::erase(name, ' ');
-                             return name;
+                             return name + (cases.param.second == SpringForm::means ? "_on_means" : "");
                          });
 
 constexpr double kTolerance = 1e-4; // of a bisected stretch
@@ -115,6 +122,21 @@ TEST(StabilityMap, WithoutFaceDiagonalsCompressionIsLostAtOnce) {
         EXPECT_EQ(range.low.stretch, 1);
         EXPECT_FALSE(range.low.wave.is_long);
         EXPECT_EQ(range.high.reached, stretching == Stretching::bar); // whose sides contract
+    }
+}
+
+/// On means no pattern of single cells grows first: the continuum's long waves do, with face diagonals or without.
+TEST(StabilityMap, OnMeansLongWavesAreLostFirst) {
+    for (const double nu : {0.0, 0.25, 0.49}) {
+        for (const double ratio : {0.0, 1.0}) {
+            const Material material = map_material(nu, ratio, VolumeEnergy::automatic, SpringForm::means);
+            EXPECT_GT(relative_stiffness(material, Stretching::dilation, 1), 0.08);
+            for (const Stretching stretching : {Stretching::bar, Stretching::confined}) {
+                const StableRange range = stable_range(material, stretching);
+                EXPECT_TRUE(range.low.wave.is_long) << "nu = " << nu << ", A = " << ratio << ", " << name(stretching);
+                EXPECT_LT(range.low.stretch, ratio == 0 ? 0.67 : 0.69);
+            }
+        }
     }
 }
 
