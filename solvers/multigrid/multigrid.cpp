@@ -54,9 +54,8 @@ void merge_gradients(const CellRotations& fine, const PaddedGrid& fine_grid, Cel
 } // namespace
 
 /// The finest level as chebyshev() sees it.
-template <class T>
-struct Multigrid<T>::FineLevel {
-    FineLevel(Multigrid& owner, const VectorSpace<T>& vectors)
+struct Multigrid::FineLevel {
+    FineLevel(Multigrid& owner, const VectorSpace<float>& vectors)
         : multigrid(&owner), space(&vectors), residual(vectors.make()),
           guess(vectors.make()), chebyshev{vectors.make(), vectors.make(), vectors.make()} {
         for (std::size_t n = 0; n < owner.node_at_.size(); ++n) {
@@ -64,7 +63,7 @@ struct Multigrid<T>::FineLevel {
                 Node entry{n, {}};
                 const std::size_t place = owner.places_[node];
                 for (std::size_t c = 0; c < 3; ++c) {
-                    const Component<const T> all = component(std::as_const(residual.field), c);
+                    const Component<const float> all = component(std::as_const(residual.field), c);
                     entry.places[c] = place * static_cast<std::size_t>(all.stride);
                 }
                 nodes.push_back(entry);
@@ -72,8 +71,8 @@ struct Multigrid<T>::FineLevel {
         }
     }
 
-    void multiply(const NodeVector<T>& p, NodeVector<T>& out) { potential->multiply(p, out); }
-    void precondition(const NodeVector<T>& r, NodeVector<T>& z) {
+    void multiply(const NodeVector<float>& p, NodeVector<float>& out) { potential->multiply(p, out); }
+    void precondition(const NodeVector<float>& r, NodeVector<float>& z) {
         multigrid->blocks_.apply(r, z);
         if (multigrid->rotations_) {
             gather(r, multigrid->grid_in_);
@@ -96,8 +95,8 @@ struct Multigrid<T>::FineLevel {
             }
         });
     }
-    void gather(const NodeVector<T>& from, GridVector& to) const {
-        const T* x[3];
+    void gather(const NodeVector<float>& from, GridVector& to) const {
+        const float* x[3];
         for (std::size_t c = 0; c < 3; ++c) {
             x[c] = component(from.field, c).first;
         }
@@ -108,16 +107,16 @@ struct Multigrid<T>::FineLevel {
         });
     }
     /// to += from on free components.
-    void scatter_add(const GridVector& from, NodeVector<T>& to) const {
-        T* x[3];
-        const T* free[3];
+    void scatter_add(const GridVector& from, NodeVector<float>& to) const {
+        float* x[3];
+        const float* free[3];
         for (std::size_t c = 0; c < 3; ++c) {
             x[c] = component(to.field, c).first;
             free[c] = component(potential->free().field, c).first;
         }
         for_each_node([&](const Node& node) {
             for (std::size_t c = 0; c < 3; ++c) {
-                x[c][node.places[c]] += free[c][node.places[c]] * static_cast<T>(from.c[c][node.grid]);
+                x[c][node.places[c]] += free[c][node.places[c]] * static_cast<float>(from.c[c][node.grid]);
             }
         });
     }
@@ -132,35 +131,34 @@ struct Multigrid<T>::FineLevel {
                 for (std::size_t c = 0; c < 3; ++c) {
                     state = state * 1664525u + 1013904223u;
                     component(guess.field, c).first[node.places[c]] =
-                        static_cast<T>(static_cast<float>(state >> 8) / 8388608.0f - 1.0f);
+                        static_cast<float>(static_cast<float>(state >> 8) / 8388608.0f - 1.0f);
                 }
             }
         }
-        space->for_each([](const T& free, T& x) { x *= free; }, potential->free(), guess);
+        space->for_each([](const float& free, float& x) { x *= free; }, potential->free(), guess);
         double before = std::sqrt(space->dot(guess, guess)), size = 1;
         for (int i = 0; i < iterations && before > 0; ++i) {
             multiply(guess, residual);
             precondition(residual, guess);
             const double after = std::sqrt(space->dot(guess, guess));
             size = after / before;
-            const T scale = static_cast<T>(after > 0 ? 1 / after : 0);
-            space->for_each([scale](T& x) { x *= scale; }, guess);
+            const float scale = static_cast<float>(after > 0 ? 1 / after : 0);
+            space->for_each([scale](float& x) { x *= scale; }, guess);
             before = after > 0 ? 1 : 0;
         }
         highest = 1.2 * size;
     }
 
     Multigrid* multigrid;
-    const VectorSpace<T>* space;
-    const Potential<T>* potential = nullptr;
-    NodeVector<T> residual, guess;
-    ChebyshevVectors<NodeVector<T>> chebyshev;
+    const VectorSpace<float>* space;
+    const Potential<float>* potential = nullptr;
+    NodeVector<float> residual, guess;
+    ChebyshevVectors<NodeVector<float>> chebyshev;
     std::vector<Node> nodes;
     double highest = 0;
 };
 
-template <class T>
-Multigrid<T>::Multigrid(const Body<T>& body, const Lattice& lattice, const Material& material)
+Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Material& material)
     : body_(&body), workers_(&body.workers()), stiffness_(material, lattice.cell_size()), grid_{lattice.cells()},
       unit_(body.length_unit() / lattice.cell_size()),
       scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), node_at_(grid_.size(), kNoNode),
@@ -199,11 +197,9 @@ Multigrid<T>::Multigrid(const Body<T>& body, const Lattice& lattice, const Mater
     }
     direct_ = std::make_unique<DirectLevel>(coarse);
 }
-template <class T>
-Multigrid<T>::~Multigrid() = default;
+Multigrid::~Multigrid() = default;
 
-template <class T>
-void Multigrid<T>::update(const Potential<T>& potential) {
+void Multigrid::update(const Potential<float>& potential) {
     if (!fine_) {
         fine_ = std::make_unique<FineLevel>(*this, potential.space());
     }
@@ -231,25 +227,22 @@ void Multigrid<T>::update(const Potential<T>& potential) {
     fine_->estimate_spectrum();
 }
 
-template <class T>
-std::vector<T> Multigrid<T>::memory() const {
-    std::vector<T> values;
+std::vector<float> Multigrid::memory() const {
+    std::vector<float> values;
     if (fine_) {
         values.resize(3 * body_->node_count());
-        body_->read(fine_->guess.field, 1, VectorField<T>::aos(values.data(), body_->node_count()));
+        body_->read(fine_->guess.field, 1, VectorField<float>::aos(values.data(), body_->node_count()));
     }
     return values;
 }
 
-template <class T>
-void Multigrid<T>::set_memory(const VectorSpace<T>& space, std::span<const T> values) {
+void Multigrid::set_memory(const VectorSpace<float>& space, std::span<const float> values) {
     fine_ = std::make_unique<FineLevel>(*this, space);
-    body_->write(VectorField<const T>::aos(values.data(), body_->node_count()), 1, fine_->guess.field);
+    body_->write(VectorField<const float>::aos(values.data(), body_->node_count()), 1, fine_->guess.field);
     fine_->highest = 1; // there was an estimate
 }
 
-template <class T>
-void Multigrid<T>::cycle(std::size_t l) {
+void Multigrid::cycle(std::size_t l) {
     if (l == levels_.size()) {
         direct_->solve(direct_->right_side, direct_->solution);
         return;
@@ -265,12 +258,11 @@ void Multigrid<T>::cycle(std::size_t l) {
     level.smooth(false, level.right_side, level.solution, degree_, low_part_);
 }
 
-template <class T>
-void Multigrid<T>::apply(const NodeVector<T>& r, NodeVector<T>& z) {
+void Multigrid::apply(const NodeVector<float>& r, NodeVector<float>& z) {
     const ChebyshevInterval interval = {degree_, low_part_ * fine_->highest, fine_->highest};
     chebyshev(*fine_, interval, true, r, z, fine_->chebyshev);
     fine_->multiply(z, fine_->residual);
-    fine_->for_each([](const T& from, T& to) { to = from - to; }, r, fine_->residual);
+    fine_->for_each([](const float& from, float& to) { to = from - to; }, r, fine_->residual);
     fine_->gather(fine_->residual, grid_in_);
     const PaddedGrid& coarse = levels_.empty() ? direct_->grid() : levels_[0]->grid();
     restrict_to(grid_, grid_in_, coarse, levels_.empty() ? direct_->right_side : levels_[0]->right_side, *workers_);
@@ -280,8 +272,5 @@ void Multigrid<T>::apply(const NodeVector<T>& r, NodeVector<T>& z) {
     fine_->scatter_add(grid_out_, z);
     chebyshev(*fine_, interval, false, r, z, fine_->chebyshev);
 }
-
-template class Multigrid<float>;
-template class Multigrid<double>;
 
 } // namespace hybmss

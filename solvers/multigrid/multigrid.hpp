@@ -18,21 +18,20 @@ namespace hybmss {
 /// stiff, the cells' rotations.
 ///
 /// Matrices are made positive semidefinite cell by cell and the direct solve is shifted, so the cycle is positive
-/// definite whatever the body's second derivatives are. Coarse levels are float: they only precondition.
-template <class T>
-class Multigrid final : public Preconditioner<T> {
+/// definite whatever the body's second derivatives are. All is float: it only preconditions.
+class Multigrid final : public Preconditioner<float> {
 public:
-    Multigrid(const Body<T>& body, const Lattice& lattice, const Material& material);
+    Multigrid(const Body<float>& body, const Lattice& lattice, const Material& material);
     ~Multigrid() override;
 
-    void update(const Potential<T>& potential) override;
-    void apply(const NodeVector<T>& r, NodeVector<T>& z) override;
+    void update(const Potential<float>& potential) override;
+    void apply(const NodeVector<float>& r, NodeVector<float>& z) override;
     std::string_view name() const override { return "multigrid"; }
 
     /// Where the estimate of the finest spectrum ended, which the next one starts from: three values a node in the
     /// body's order; none before the first.
-    std::vector<T> memory() const;
-    void set_memory(const VectorSpace<T>& space, std::span<const T> values);
+    std::vector<float> memory() const;
+    void set_memory(const VectorSpace<float>& space, std::span<const float> values);
 
 private:
     static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
@@ -44,12 +43,12 @@ private:
 
     /// C^T K C of a cell's rotations against each of the cells around it, at rest.
     void find_rest_rotations();
-    void merge_finest(const Potential<T>& potential);
+    void merge_finest(const Potential<float>& potential);
     void merge(std::span<const CellMatrix> fine_cells, const PaddedGrid& fine, const PaddedGrid& coarse);
-    void find_rotations(const Potential<T>& potential);
+    void find_rotations(const Potential<float>& potential);
     void cycle(std::size_t level);
 
-    const Body<T>* body_;
+    const Body<float>* body_;
     const Workers* workers_;
     CellStiffness stiffness_;
     PaddedGrid grid_;
@@ -64,14 +63,11 @@ private:
     std::optional<CellRotations> rotations_;
     std::vector<std::unique_ptr<CoarseLevel>> levels_;
     std::unique_ptr<DirectLevel> direct_;
-    BlockJacobi<T> blocks_;
+    BlockJacobi<float> blocks_;
     std::unique_ptr<FineLevel> fine_;
     GridVector grid_in_, grid_out_;
     int degree_;
     double low_part_;
 };
-
-extern template class Multigrid<float>;
-extern template class Multigrid<double>;
 
 } // namespace hybmss

@@ -40,8 +40,7 @@ void add_moment(const float (&F)[9], const float (&s)[3], const float (&g)[3], f
 
 } // namespace
 
-template <class T>
-void Multigrid<T>::merge_finest(const Potential<T>& potential) {
+void Multigrid::merge_finest(const Potential<float>& potential) {
     const PaddedGrid& coarse = levels_.empty() ? direct_->grid() : levels_[0]->grid();
     const std::array<int, 3>& cells = grid_.cells;
     const auto count = [](const PaddedGrid& grid) {
@@ -49,8 +48,8 @@ void Multigrid<T>::merge_finest(const Potential<T>& potential) {
                static_cast<std::size_t>(grid.cells[2]);
     };
     merged_.resize(count(coarse));
-    const NodeField<T>& u = potential.displacement();
-    const Component<const T> component_of[3] = {component(u, 0), component(u, 1), component(u, 2)};
+    const NodeField<float>& u = potential.displacement();
+    const Component<const float> component_of[3] = {component(u, 0), component(u, 1), component(u, 2)};
     const std::span<const double> pull = potential.pull_stiffness();
     const std::span<const std::uint8_t> held = potential.held();
     const int merged[3] = {coarse.cells[0] != cells[0], coarse.cells[1] != cells[1], coarse.cells[2] != cells[2]};
@@ -137,8 +136,7 @@ void Multigrid<T>::merge_finest(const Potential<T>& potential) {
     });
 }
 
-template <class T>
-void Multigrid<T>::merge(std::span<const CellMatrix> fine_cells, const PaddedGrid& fine, const PaddedGrid& coarse) {
+void Multigrid::merge(std::span<const CellMatrix> fine_cells, const PaddedGrid& fine, const PaddedGrid& coarse) {
     merged_next_.resize(static_cast<std::size_t>(coarse.cells[0]) * static_cast<std::size_t>(coarse.cells[1]) *
                         static_cast<std::size_t>(coarse.cells[2]));
     const int merged[3] = {coarse.cells[0] != fine.cells[0], coarse.cells[1] != fine.cells[1],
@@ -170,8 +168,7 @@ void Multigrid<T>::merge(std::span<const CellMatrix> fine_cells, const PaddedGri
     });
 }
 
-template <class T>
-void Multigrid<T>::find_rest_rotations() {
+void Multigrid::find_rest_rotations() {
     CellMatrix rest;
     stiffness_.springs_at_rest(rest);
     for_each_place({-1, -1, -1}, {1, 1, 1}, [&](int i, int j, int k) {
@@ -200,8 +197,7 @@ void Multigrid<T>::find_rest_rotations() {
     });
 }
 
-template <class T>
-void Multigrid<T>::find_rotations(const Potential<T>& potential) {
+void Multigrid::find_rotations(const Potential<float>& potential) {
     const std::array<int, 3>& cells = grid_.cells;
     const std::span<const std::uint8_t> held = potential.held();
     rotations_->spread();
@@ -264,14 +260,5 @@ void Multigrid<T>::find_rotations(const Potential<T>& potential) {
         });
     });
 }
-
-template void Multigrid<float>::merge_finest(const Potential<float>&);
-template void Multigrid<float>::merge(std::span<const CellMatrix>, const PaddedGrid&, const PaddedGrid&);
-template void Multigrid<float>::find_rest_rotations();
-template void Multigrid<float>::find_rotations(const Potential<float>&);
-template void Multigrid<double>::merge_finest(const Potential<double>&);
-template void Multigrid<double>::merge(std::span<const CellMatrix>, const PaddedGrid&, const PaddedGrid&);
-template void Multigrid<double>::find_rest_rotations();
-template void Multigrid<double>::find_rotations(const Potential<double>&);
 
 } // namespace hybmss

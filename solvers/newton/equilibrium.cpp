@@ -3,7 +3,7 @@
 #include "dynamics/effects/spring_damping.hpp"
 #include "plan/tuning/planned_body.hpp"
 #include "solvers/multigrid/banded.hpp"
-#include "solvers/multigrid/multigrid.hpp"
+#include "solvers/multigrid/float_multigrid.hpp"
 #include "solvers/newton/coarser_mesh.hpp"
 #include "solvers/newton/load_stepping.hpp"
 #include "solvers/newton/preconditioner.hpp"
@@ -14,6 +14,7 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <type_traits>
 
 namespace hybmss {
 namespace {
@@ -85,6 +86,9 @@ PreconditionerKind parse_preconditioner(std::string_view text) {
 
 template <class T>
 struct EquilibriumSolver<T>::Implementation {
+    /// What only preconditions is float.
+    using Cycles = std::conditional_t<std::is_same_v<T, double>, FloatMultigrid, Multigrid>;
+
     Implementation(PlannedBody<T> made, const PlanOptions& given, const BodyScales& scales, const SolidCells& solid,
                    Sections sections)
         : planned(std::move(made)), wishes(given), body(planned.body.get()), state(body->make_state(false)),
@@ -115,7 +119,11 @@ struct EquilibriumSolver<T>::Implementation {
             throw std::invalid_argument("preconditioner \"multigrid\" is for lattices: this body is a network");
         }
         if (!multigrid) {
-            multigrid = std::make_unique<Multigrid<T>>(*body, lattice->first, lattice->second);
+            if constexpr (std::is_same_v<T, double>) {
+                multigrid = std::make_unique<FloatMultigrid>(*body, lattice->first, lattice->second, planned.choice);
+            } else {
+                multigrid = std::make_unique<Multigrid>(*body, lattice->first, lattice->second);
+            }
         }
         return *multigrid;
     }
@@ -225,7 +233,7 @@ struct EquilibriumSolver<T>::Implementation {
     TrustRegion<T> minimiser;
     BlockJacobi<T> block_jacobi;
     std::optional<std::pair<Lattice, Material>> lattice; ///< where the body is one
-    std::unique_ptr<Multigrid<T>> multigrid;             ///< made when it is first asked for
+    std::unique_ptr<Cycles> multigrid;                   ///< made when it is first asked for
     std::unique_ptr<Banded<T>> banded;                   ///< likewise
     std::vector<T> target;
     double stiffness_damping = 0, dissipated = 0;
@@ -404,7 +412,8 @@ void EquilibriumSolver<T>::set_memory(std::span<const T> values) {
         throw std::invalid_argument("memory of " + std::to_string(values.size()) + " values given: the body's " +
                                     std::to_string(node_count()) + " nodes have three each");
     }
-    static_cast<Multigrid<T>&>(i.choose(PreconditionerKind::multigrid)).set_memory(i.potential.space(), values);
+    static_cast<typename Implementation::Cycles&>(i.choose(PreconditionerKind::multigrid))
+        .set_memory(i.potential.space(), values);
 }
 
 template <class T>

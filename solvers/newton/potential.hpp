@@ -73,6 +73,7 @@ public:
     const NodeVector<T>& free() const { return free_; }
     /// The masks of the held axes, one a node.
     std::span<const std::uint8_t> held() const { return held_; }
+    double pull_strength() const { return pull_strength_; }
     /// The strength of the pull times the nodal masses, N by the body's unit, one a node; empty without a pull.
     std::span<const double> pull_stiffness() const {
         return pull_strength_ > 0 ? std::span<const double>(pull_stiffness_) : std::span<const double>();

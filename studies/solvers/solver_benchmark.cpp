@@ -4,7 +4,7 @@
 
 #include "hybmss/equilibrium.hpp"
 #include "plan/bodies/layout_table.hpp"
-#include "solvers/multigrid/multigrid.hpp"
+#include "solvers/multigrid/float_multigrid.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"
 #include "solvers/newton/preconditioner.hpp"
 #include "studies/calculix/program.hpp"
@@ -83,7 +83,7 @@ void measure_cg(benchmark::State& state, int edge, double poisson_ratio, Precond
     potential.linearise(at_rest);
     std::unique_ptr<Preconditioner<double>> preconditioner = std::make_unique<BlockJacobi<double>>();
     if (kind == PreconditionerKind::multigrid) {
-        preconditioner = std::make_unique<Multigrid<double>>(*body, lattice, material);
+        preconditioner = std::make_unique<FloatMultigrid>(*body, lattice, material, plan_options(threads));
     }
     ConjugateGradients<double> cg(space);
     preconditioner->update(potential); // once for what is allocated then

@@ -1,0 +1,81 @@
+#include "solvers/multigrid/float_multigrid.hpp"
+
+#include "plan/bodies/layout_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybmss {
+namespace {
+
+/// Its Young's modulus, Pa.
+constexpr double kModulus = 1e4;
+
+Material scaled(Material material, double scale) {
+    material.young_modulus *= scale;
+    return material;
+}
+
+} // namespace
+
+FloatMultigrid::FloatMultigrid(const Body<double>& body, const Lattice& lattice, const Material& material,
+                               const PlanOptions& choice)
+    : given_(&body), scale_(kModulus / material.young_modulus),
+      body_(make_body<float>(lattice, scaled(material, scale_), choice)), state_(body_->make_state(false)),
+      potential_(*body_, BodyScales::of(lattice, scaled(material, scale_)), SolidCells::of(lattice),
+                 Sections::of(lattice)),
+      multigrid_(*body_, lattice, scaled(material, scale_)), in_(potential_.space().make()),
+      out_(potential_.space().make()), doubles_(3 * body.node_count()), floats_(doubles_.size()) {}
+
+void FloatMultigrid::to_float(const NodeField<double>& from, double factor, NodeField<float>& to) {
+    const std::size_t nodes = given_->node_count();
+    given_->read(from, factor, VectorField<double>::aos(doubles_.data(), nodes));
+    std::transform(doubles_.begin(), doubles_.end(), floats_.begin(), [](double x) { return static_cast<float>(x); });
+    body_->write(VectorField<const float>::aos(floats_.data(), nodes), 1, to);
+}
+
+void FloatMultigrid::update(const Potential<double>& potential) {
+    space_ = &potential.space();
+    if (!std::ranges::equal(potential.held(), held_)) {
+        held_.assign(potential.held().begin(), potential.held().end());
+        std::vector<PrescribedNode> supports;
+        for (std::size_t n = 0; n < held_.size(); ++n) {
+            if (held_[n] != 0) {
+                supports.push_back({static_cast<std::uint32_t>(n), held_[n], {}, {}});
+            }
+        }
+        potential_.prescribe(supports);
+    }
+    if (potential.pull_strength() > 0) {
+        potential_.pull(scale_ * potential.pull_strength(),
+                        VectorField<const float>::aos(floats_.data(), held_.size()));
+    } else {
+        potential_.release();
+    }
+    to_float(potential.displacement(), 1, state_.displacement);
+    potential_.linearise(state_);
+    multigrid_.update(potential_);
+}
+
+void FloatMultigrid::apply(const NodeVector<double>& r, NodeVector<double>& z) {
+    const double largest = space_->largest_component(r);
+    const double size = largest > 0 && std::isfinite(largest) ? largest : 1;
+    to_float(r.field, 1 / size, in_.field);
+    multigrid_.apply(in_, out_);
+    const std::size_t nodes = given_->node_count();
+    body_->read(out_.field, 1, VectorField<float>::aos(floats_.data(), nodes));
+    std::transform(floats_.begin(), floats_.end(), doubles_.begin(),
+                   [by = scale_ * size](float x) { return by * static_cast<double>(x); });
+    given_->write(VectorField<const double>::aos(doubles_.data(), nodes), 1, z.field);
+}
+
+std::vector<double> FloatMultigrid::memory() const {
+    const std::vector<float> values = multigrid_.memory();
+    return {values.begin(), values.end()};
+}
+
+void FloatMultigrid::set_memory(const VectorSpace<double>&, std::span<const double> values) {
+    multigrid_.set_memory(potential_.space(), std::vector<float>(values.begin(), values.end()));
+}
+
+} // namespace hybmss
