@@ -23,6 +23,8 @@ void add_body_options(CLI::App& command, BodyArguments& body) {
     command.add_option("--poisson", body.material.poisson_ratio)->capture_default_str();
     command.add_option("--density", body.material.density, "kg/m^3")->capture_default_str();
     command.add_option("--face-diagonal-ratio", body.material.face_diagonal_ratio)->capture_default_str();
+    command.add_flag_callback(
+        "--springs-on-means", [&body] { body.material.springs = SpringForm::means; }, "HybMSS-M");
     command.add_flag("--hollow", body.hollow, "only the outer two layers of cells");
     command.add_option("--threads", body.threads, "of every rank")->capture_default_str()->check(CLI::Range(1, 4096));
 }

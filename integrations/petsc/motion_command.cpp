@@ -21,22 +21,26 @@ void refuse_unless_one_of(const char* name, const std::string& value, const char
 
 RunIdentity identity_of(const MotionArguments& arguments, double time_step) {
     const BodyArguments& body = arguments.body;
-    return {{"cells along x", static_cast<double>(body.cells[0])},
-            {"cells along y", static_cast<double>(body.cells[1])},
-            {"cells along z", static_cast<double>(body.cells[2])},
-            {"hollow", body.hollow ? 1.0 : 0.0},
-            {"cell size", body.cell_size},
-            {"young modulus", body.material.young_modulus},
-            {"poisson ratio", body.material.poisson_ratio},
-            {"density", body.material.density},
-            {"face diagonal ratio", body.material.face_diagonal_ratio},
-            {"gravity along x", arguments.gravity[0]},
-            {"gravity along y", arguments.gravity[1]},
-            {"gravity along z", arguments.gravity[2]},
-            {"mass damping", arguments.mass_damping},
-            {"time step", time_step},
-            {"method fused", arguments.method == "fused" ? 1.0 : 0.0},
-            {"precision float", arguments.precision == "float" ? 1.0 : 0.0}};
+    RunIdentity identity = {{"cells along x", static_cast<double>(body.cells[0])},
+                            {"cells along y", static_cast<double>(body.cells[1])},
+                            {"cells along z", static_cast<double>(body.cells[2])},
+                            {"hollow", body.hollow ? 1.0 : 0.0},
+                            {"cell size", body.cell_size},
+                            {"young modulus", body.material.young_modulus},
+                            {"poisson ratio", body.material.poisson_ratio},
+                            {"density", body.material.density},
+                            {"face diagonal ratio", body.material.face_diagonal_ratio},
+                            {"gravity along x", arguments.gravity[0]},
+                            {"gravity along y", arguments.gravity[1]},
+                            {"gravity along z", arguments.gravity[2]},
+                            {"mass damping", arguments.mass_damping},
+                            {"time step", time_step},
+                            {"method fused", arguments.method == "fused" ? 1.0 : 0.0},
+                            {"precision float", arguments.precision == "float" ? 1.0 : 0.0}};
+    if (body.material.springs == SpringForm::means) { // files of before know of nothing else
+        identity.push_back({"springs on means", 1});
+    }
+    return identity;
 }
 
 /// Steps from `done` on, with checkpoints on the way; returns the seconds that the steps took.

@@ -45,7 +45,11 @@ inline Body sparse(Material material) {
 
 inline std::vector<Body> bodies() {
     const Material plain{1e5, 0.3, 1000, 1, VolumeEnergy::automatic}, no_faces{1e5, 0, 900, 0, VolumeEnergy::automatic};
-    return {box(plain), box(no_faces), sparse(plain), sparse(no_faces)};
+    // Springs on means reach no farther than their cell, nor does what keeps it from being crushed.
+    Material on_means = no_faces;
+    on_means.springs = SpringForm::means;
+    on_means.crush = {20, 0.95};
+    return {box(plain), box(no_faces), sparse(plain), sparse(no_faces), box(on_means), sparse(on_means)};
 }
 
 inline PlanOptions one_thread() {
