@@ -159,11 +159,12 @@ struct EquilibriumSolver<T>::Implementation {
         body->read(state.displacement, body->length_unit(), displacement);
         return *result;
     }
-    EquilibriumResult follow_here(const std::function<Loading(double)>& path, const EquilibriumOptions& options) {
+    EquilibriumResult follow_here(const std::function<Loading(double)>& path, const EquilibriumOptions& options,
+                                  bool near_end = false) {
         Preconditioner<T>& preconditioner = choose_static(options.preconditioner);
         return stepping.follow(
             potential, preconditioner, plain_beside(preconditioner), state,
-            [&](double fraction) { set(path(fraction)); }, options);
+            [&](double fraction) { set(path(fraction)); }, options, near_end);
     }
     /// From the equilibrium of the coarser mesh, in one step; nothing where there is none, or it leads nowhere.
     std::optional<EquilibriumResult> from_coarser(const std::function<Loading(double)>& path,
@@ -216,7 +217,7 @@ struct EquilibriumSolver<T>::Implementation {
         }
         EquilibriumOptions whole = options;
         whole.first_load_step = whole.smallest_load_step = whole.largest_load_step = 1;
-        EquilibriumResult result = follow_here(path, whole);
+        EquilibriumResult result = follow_here(path, whole, true);
         if (result.status != EquilibriumStatus::converged && result.status != EquilibriumStatus::stopped) {
             return std::nullopt;
         }

@@ -94,7 +94,7 @@ template <class T>
 EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditioner<T>& preconditioner,
                                           Preconditioner<T>* plain, State<T>& state,
                                           const std::function<void(double fraction)>& prescribe,
-                                          const EquilibriumOptions& options) {
+                                          const EquilibriumOptions& options, bool near_end) {
     EquilibriumResult result;
     MutableFieldView<T> u{state.displacement};
     space_->copy(u, last_);
@@ -143,6 +143,9 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
             const T factor = static_cast<T>((target - last.fraction) / last_step);
             space_->for_each([factor](const T& now, const T& before, T& q) { q = now + factor * (now - before); },
                              last_, before_last_, u);
+            potential.impose(state);
+        } else if (near_end) {
+            // Newton's method is as good as a first answer there, and makes matrices once.
             potential.impose(state);
         } else {
             std::function<bool(int)> progress;

@@ -16,10 +16,10 @@ public:
     explicit LoadStepping(const VectorSpace<T>& space);
 
     /// prescribe(fraction) sets the supports and loads of the potential.
-    /// `plain`: see TrustRegion::minimise().
+    /// `plain`: see TrustRegion::minimise(). `near_end`: the state is near the equilibrium at the end already.
     EquilibriumResult follow(Potential<T>& potential, Preconditioner<T>& preconditioner, Preconditioner<T>* plain,
                              State<T>& state, const std::function<void(double fraction)>& prescribe,
-                             const EquilibriumOptions& options);
+                             const EquilibriumOptions& options, bool near_end = false);
 
 private:
     /// What to do about saddles. Solves with a slender lattice's factors end so soon that no direction but theirs is
