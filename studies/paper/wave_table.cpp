@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -105,10 +106,12 @@ Table wave_table(TableContext& context) {
         for (const int across : {1, 2, 4}) {
             add(fmt::format("bending, {} cell{} across", across, across == 1 ? "" : "s"), across * kWidthsPerWavelength,
                 [&](const Material& m) {
-                    return std::sqrt(bending_eigenvalue(m, across) / timoshenko_eigenvalue(m, across)) - 1;
+                    const double of_the_lattice = std::max(0.0, bending_eigenvalue(m, across)); // but for rounding
+                    return std::sqrt(of_the_lattice / timoshenko_eigenvalue(m, across)) - 1;
                 });
         }
     }
+    table.remarks = {"A rod one cell thick of HybMSS-FD has a motion that nothing resists, and bends by that."};
     return table;
 }
 
