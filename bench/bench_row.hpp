@@ -20,7 +20,7 @@ enum class Model {
     hybmss,                    ///< A = 1, volume force
     without_face_diagonals,    ///< HybMSS-FD: A = 0, volume force
     without_correction_forces, ///< HybMSS-CF: A = 1, springs only
-    on_means                   ///< HybMSS-M: A = 0, springs on the means of cells, volume force; of lattices alone
+    on_means                   ///< HybMSS-M: A = 0, springs on the means of cells, volume force
 };
 
 /// What one row measures. Its name holds every field: operation/mesh/model/layout/instruction set/precision/threads,
@@ -73,9 +73,6 @@ void check_layout(const std::string& layout);
 template <class Append>
 void for_rows(const RowChoices& choices, const std::array<int, 3>& mesh, Model model, int wall, const Append& append) {
     for (const std::string& layout : choices.layouts) {
-        if (model == Model::on_means && is_network(BenchRow{.layout = layout})) {
-            continue;
-        }
         for (InstructionSet set : choices.instruction_sets) {
             for (Precision precision : choices.precisions) {
                 for (int threads : choices.threads) {

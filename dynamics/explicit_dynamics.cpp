@@ -1,5 +1,6 @@
 // A body that moves: how it is made, held, loaded, stepped and cut.
 #include "dynamics/explicit_dynamics_implementation.hpp"
+#include "layouts/network/network_geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -62,6 +63,9 @@ double longest_spring(const Network& network) {
     for (const Network::Spring& spring : network.springs) {
         const auto& r = spring.rest_vector;
         longest = std::max(longest, std::hypot(r[0], r[1], r[2]));
+    }
+    for (const Network::Cell* cell : cells_of(network, true)) {
+        longest = std::max(longest, std::sqrt(3.0) * rest_shape(network, *cell).edges[0]);
     }
     return longest;
 }

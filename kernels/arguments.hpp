@@ -57,7 +57,7 @@ struct StepConstants {
 };
 
 /// Of cells with springs on means, by the cube diagonals' k_c: k_e / 16, k_f / 16, bending / 1024, coupling, twist /
-/// 1024 (PatternConstants); the numbers are those of sums in place of means (kernels/lattice/mean_cell.hpp).
+/// 1024 (PatternConstants); the numbers are those of sums in place of means (kernels/means/mean_cell.hpp).
 template <class T>
 struct MeanConstants {
     T edge, face, bending, coupling, twist, joint_twist;
@@ -158,6 +158,16 @@ struct CellRuns {
     const LaneValues<T>* kappas;
 };
 
+/// Cells of a network with springs on means: runs of packed nodes where `runs` is not null, else blocks.
+template <class T>
+struct MeanCells {
+    MeanConstants<T> constants;
+    const MeanBlock<T>* blocks;
+    const CellRun* runs;
+    const MeanRunShape<T>* shapes;
+    const LaneValues<T>* stiffnesses;
+};
+
 // ---- second derivatives, and passes by other laws of the springs
 
 /// The constants of g(e), without unit; zero where the law has none.
@@ -192,7 +202,8 @@ struct LatticeHessianLayer {
     T crush_bound; ///< J0 - 1; of the laws of crushed cells, whose modulus is in volume_ratio in place of kappa
 };
 
-/// Nodes of a network as separate arrays; m.
+/// Nodes of a network as separate arrays; m. For cells with springs on means, also packed ones: in [0], null in the
+/// others.
 template <class T>
 struct HessianArrays {
     const T* displacement[3];

@@ -146,6 +146,24 @@ Body assemble(const Network& network) {
         body.springs.push_back({s.a, s.b, rest_vector, s.stiffness});
     }
     body.stiffening = network.stiffening;
+    const auto& [springs, patterns] = network.means;
+    for (const Network::Cell& cell : network.cells) {
+        if (cell.scale == 0) {
+            continue;
+        }
+        const double s = cell.scale;
+        const Matrix3d edges = make_cell(body.rest, cell.nodes, 0).rest_edges;
+        body.mean_springs.push_back({cell.nodes,
+                                     edges(0, 0),
+                                     {s * springs.edge, s * springs.face_diagonal},
+                                     {s * patterns.bending, s * patterns.coupling * patterns.bending,
+                                      s * patterns.twist, s * patterns.joint_twist}});
+        for (unsigned low = 0; low < 4; ++low) {
+            // To the opposite corner.
+            const Vector3d side(low & 1 ? -1 : 1, low & 2 ? -1 : 1, 1);
+            body.springs.push_back({cell.nodes[low], cell.nodes[7 - low], edges * side, s * springs.cube_diagonal});
+        }
+    }
     if (network.volume_energy == VolumeEnergy::none || network.cells.empty()) {
         return body;
     }

@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <future>
+#include <map>
 #include <numeric>
 #include <random>
 #include <set>
@@ -119,7 +120,7 @@ std::vector<Named<Material>> materials() {
     return all;
 }
 
-// ---- networks that are no lattice: sheared cells, extra springs, a hub, scattered numbering
+// ---- networks that are no lattice: sheared cells, extra springs, a hub, scattered numbering, glued boxes
 
 /// The typical distance of neighbours in all of them, m.
 inline constexpr double kNetworkCellSize = 0.5;
@@ -140,6 +141,28 @@ void add_spring(Network& network, std::int32_t a, std::int32_t b, double stiffne
 }
 
 enum class Numbering { in_rows, at_random };
+
+/// The same with its nodes numbered at random.
+Network renumbered(Network network, std::mt19937& random) {
+    const Network old = network;
+    std::vector<std::int32_t> number(network.masses.size());
+    std::iota(number.begin(), number.end(), 0);
+    std::shuffle(number.begin(), number.end(), random);
+    for (std::size_t n = 0; n < number.size(); ++n) {
+        network.rest_positions[index(number[n])] = old.rest_positions[n];
+        network.masses[index(number[n])] = old.masses[n];
+    }
+    for (Network::Spring& spring : network.springs) {
+        spring.a = number[index(spring.a)];
+        spring.b = number[index(spring.b)];
+    }
+    for (Network::Cell& cell : network.cells) {
+        for (std::int32_t& node : cell.nodes) {
+            node = number[index(node)];
+        }
+    }
+    return network;
+}
 
 /// Sheared, stretched and slightly irregular hexahedra of mixed stiffness and mass, with a hundred springs across the
 /// body on top.
@@ -239,6 +262,54 @@ Network random_truss(std::mt19937& random) {
     return network;
 }
 
+/// Boxes that share a face, one on means and one between nodes, and a box of smaller cells on means that a few springs
+/// tie to them, all of mixed stiffness.
+Network glued_boxes(VolumeEnergy energy, std::mt19937& random) {
+    std::uniform_real_distribution<double> factor(0.5, 2.0);
+    Network network;
+    std::map<Position, std::int32_t> number;
+    const auto glue = [&](const std::array<int, 3>& n, double cell_size, SpringForm form, double x) {
+        Material material;
+        material.poisson_ratio = energy == VolumeEnergy::mean_stretch ? 0.1 : 0.4;
+        material.volume_energy = energy;
+        material.springs = form;
+        const Network box = Network::from_lattice(Lattice::box(n[0], n[1], n[2], cell_size), material);
+        std::vector<std::int32_t> numbers;
+        for (std::size_t i = 0; i < box.masses.size(); ++i) {
+            const Position at = {box.rest_positions[i][0] + x, box.rest_positions[i][1], box.rest_positions[i][2]};
+            const auto [found, is_new] = number.emplace(at, static_cast<std::int32_t>(network.masses.size()));
+            if (is_new) {
+                network.rest_positions.push_back(at);
+                network.masses.push_back(0);
+            }
+            numbers.push_back(found->second);
+            network.masses[index(found->second)] += box.masses[i];
+        }
+        for (const Network::Spring& spring : box.springs) {
+            add_spring(network, numbers[index(spring.a)], numbers[index(spring.b)], spring.stiffness * factor(random));
+        }
+        for (Network::Cell cell : box.cells) {
+            for (std::int32_t& node : cell.nodes) {
+                node = numbers[index(node)];
+            }
+            const double by = factor(random);
+            cell.kappa *= cell.kappa < 0 ? 0.25 * by : by;
+            cell.scale *= by * cell_size / kNetworkCellSize;
+            network.cells.push_back(cell);
+        }
+        network.means = form == SpringForm::means && cell_size == kNetworkCellSize ? box.means : network.means;
+        network.volume_energy = box.volume_energy;
+    };
+    glue({18, 4, 3}, kNetworkCellSize, SpringForm::means, 0);
+    glue({3, 4, 3}, kNetworkCellSize, SpringForm::nodes, 18 * kNetworkCellSize);
+    glue({4, 3, 5}, kNetworkCellSize / 2, SpringForm::means, -3 * kNetworkCellSize);
+    const auto count = static_cast<std::int32_t>(network.masses.size());
+    for (std::int32_t s = 0; s < 30; ++s) {
+        add_spring(network, 7 * s % count, count - 1 - s, 1e3 * factor(random));
+    }
+    return network;
+}
+
 /// With `none` those of springs alone are added. Random parts follow from the seed alone.
 std::vector<Named<Network>> hand_made_networks(VolumeEnergy energy, unsigned seed) {
     std::mt19937 random(seed);
@@ -251,6 +322,9 @@ std::vector<Named<Network>> hand_made_networks(VolumeEnergy energy, unsigned see
     }
     // Last: the bodies above stay what a seed has always made.
     all.push_back({"sheared cells numbered in rows", sheared_cells(energy, Numbering::in_rows, random)});
+    const Network glued = glued_boxes(energy, random);
+    all.push_back({"glued boxes on means", glued});
+    all.push_back({"glued boxes on means, numbered at random", renumbered(glued, random)});
     return all;
 }
 

@@ -138,8 +138,7 @@ std::vector<RowKey> kernel_keys(const TestBody& body, const std::vector<Instruct
     // What no plan takes by itself, a network's layouts but the first, would make the matrix half as long again on the
     // largest lattices.
     constexpr std::size_t kLarge = 5000;
-    // Which no network has.
-    const bool lattice_alone = body.material.springs == SpringForm::means || body.material.crush.any();
+    const bool lattice_alone = body.material.crush.any(); // which no network has
     if (body.lattice && (lattice_alone || body.lattice->cell_count() > kLarge)) {
         const std::vector<std::string> networks = network_layouts();
         std::erase_if(layouts, [&](const std::string& layout) {

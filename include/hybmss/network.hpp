@@ -24,17 +24,27 @@ struct HYBMSS_EXPORT Network {
     struct Cell {
         std::array<std::int32_t, 8> nodes; ///< bit 0 of the corner number: high side in x, bit 1: y, bit 2: z
         double kappa;                      ///< Pa; energy kappa V0 phi(V'/V0), V0 > 0 from the rest positions
+        /// Above 0: the cell has springs on its means (SpringForm::means), so many times those of Network::means, and
+        /// is at rest a cube with edges along x, y, z. 0: it has a volume alone.
+        double scale = 0;
+    };
+    /// Of a cell of scale 1, N/m: its springs, whole ones, cube diagonals among them, and what holds its patterns. A
+    /// cube of a material has spring_constants() and pattern_constants(), which grow as its edge.
+    struct Means {
+        SpringConstants springs = {};
+        PatternConstants patterns = {};
     };
 
     std::vector<std::array<double, 3>> rest_positions; ///< m, one a node
     std::vector<double> masses;                        ///< kg, one a node, > 0
     std::vector<Spring> springs;
     std::vector<Cell> cells;
-    VolumeEnergy volume_energy = VolumeEnergy::quadratic; ///< quadratic or mean_stretch, for all cells
+    VolumeEnergy volume_energy = VolumeEnergy::quadratic; ///< of all cells; `none` only where each has kappa = 0
     SpringStiffening stiffening = {};                     ///< of all springs
+    Means means = {};                                     ///< of cells that have a scale
 
     /// The lattice's body with shared springs merged; nodes in the lattice's order, springs with zero stiffness left
-    /// out.
+    /// out. On means, cells share no springs, and the network has cells alone.
     static Network from_lattice(const Lattice& lattice, const Material& material);
 };
 

@@ -12,6 +12,7 @@
 // vectors: q = { x0 y0, x1 y1, z0 w0, z1 w1 }.
 
 #include "kernels/simd.hpp"
+#include "layouts/network/network_blocks.hpp"
 
 namespace hybmss::kernels {
 namespace {
@@ -198,6 +199,39 @@ HYBMSS_INLINE void accumulate_quads(const V (&q)[4], Scalar<V>* base, const std:
         for (int i = 0; i < kWidth<V>; ++i) {
             store_quad(base + index[i], sum[i]);
         }
+    }
+}
+
+/// The first elements of a run's nodes, in the order of its rows, from that of lane 0.
+template <class V>
+struct RowIndices {
+    std::int32_t index[kBlockItems]{};
+    constexpr RowIndices() {
+        for (std::size_t i = 0; i < kBlockItems; ++i) {
+            index[i] = static_cast<std::int32_t>(4 * lane_of_row(i, kWidth<V>));
+        }
+    }
+};
+template <class V>
+constexpr RowIndices<V> kRow{};
+
+/// The quads of as many nodes in a row as a vector has lanes.
+template <class V>
+HYBMSS_INLINE void load_row(const Scalar<V>* first, V (&q)[4]) {
+    constexpr bool kHalves = kWidth<V> == 2; // as in load_quads
+    for (int j = 0; j < 4; ++j) {
+        q[j] = load_lanes<V>(first + (kHalves ? j % 2 * 4 + j / 2 * 2 : j * kWidth<V>));
+    }
+}
+
+/// Adds quads to nodes in a row, or subtracts them.
+template <bool add, class V>
+HYBMSS_INLINE void accumulate_row(const V (&q)[4], Scalar<V>* first) {
+    constexpr bool kHalves = kWidth<V> == 2;
+    V sum[4];
+    load_row(first, sum);
+    for (int j = 0; j < 4; ++j) {
+        store_lanes(first + (kHalves ? j % 2 * 4 + j / 2 * 2 : j * kWidth<V>), add ? sum[j] + q[j] : sum[j] - q[j]);
     }
 }
 

@@ -6,19 +6,6 @@
 namespace hybmss::kernels {
 namespace {
 
-/// The first elements of a run's nodes, in the order of its rows, from that of lane 0.
-template <class V>
-struct RowIndices {
-    std::int32_t index[kBlockItems]{};
-    constexpr RowIndices() {
-        for (std::size_t i = 0; i < kBlockItems; ++i) {
-            index[i] = static_cast<std::int32_t>(4 * lane_of_row(i, kWidth<V>));
-        }
-    }
-};
-template <class V>
-constexpr RowIndices<V> kRow{};
-
 template <class V>
 HYBMSS_INLINE void set_nodes(std::int32_t first, std::int32_t* nodes) {
     for (int i = 0; i < kBlockItems; ++i) {
@@ -56,7 +43,7 @@ HYBMSS_INLINE void set_block(const CellRuns<Scalar<V>>& cells, std::ptrdiff_t i,
     for (int e = 0; e < 9; ++e) {
         copy_row(shape.rest_edge[e], block.rest_edge[e]);
     }
-    copy_row(cells.kappas[run.kappa].lane, block.kappa);
+    copy_row(cells.kappas[run.weights].lane, block.kappa);
     copy_row(shape.inverse_volume, block.inverse_volume);
 }
 

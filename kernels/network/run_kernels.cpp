@@ -7,26 +7,6 @@
 namespace hybmss::kernels {
 namespace {
 
-/// The quads of as many nodes in a row as a vector has lanes.
-template <class V>
-HYBMSS_INLINE void load_row(const Scalar<V>* first, V (&q)[4]) {
-    constexpr bool kHalves = kWidth<V> == 2; // see network_quads.hpp
-    for (int j = 0; j < 4; ++j) {
-        q[j] = load_lanes<V>(first + (kHalves ? j % 2 * 4 + j / 2 * 2 : j * kWidth<V>));
-    }
-}
-
-/// Adds quads to nodes in a row, or subtracts them.
-template <bool add, class V>
-HYBMSS_INLINE void accumulate_row(const V (&q)[4], Scalar<V>* first) {
-    constexpr bool kHalves = kWidth<V> == 2;
-    V sum[4];
-    load_row(first, sum);
-    for (int j = 0; j < 4; ++j) {
-        store_lanes(first + (kHalves ? j % 2 * 4 + j / 2 * 2 : j * kWidth<V>), add ? sum[j] + q[j] : sum[j] - q[j]);
-    }
-}
-
 template <class V>
 HYBMSS_INLINE Vector3<V> row_vector(const Scalar<V>* first) {
     V q[4];
@@ -147,7 +127,7 @@ void run_cells(const CellRuns<Scalar<V>>& cells, const PackedNodes<Scalar<V>>& n
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
             V force[4][4];
             corner_forces<volume>(run_volume<V>(run, cells, lane, nodes.displacement),
-                                  load_lanes<V>(cells.kappas[run.kappa].lane + lane), force);
+                                  load_lanes<V>(cells.kappas[run.weights].lane + lane), force);
             // Corners 0 and 1 are often neighbours, and so on: what one writes must not be read at once by the other.
             for (const int corner : {0, 2}) {
                 accumulate_row<true>(force[corner], nodes.force + run.node[corner] + 4 * lane);
@@ -170,7 +150,7 @@ double run_cell_energy(const CellRuns<Scalar<V>>& cells, const PackedNodes<Scala
         const CellRun& run = cells.runs[i];
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
             const V dilation = run_volume<V>(run, cells, lane, nodes.displacement).dilation;
-            const V scale = load_lanes<V>(cells.kappas[run.kappa].lane + lane) /
+            const V scale = load_lanes<V>(cells.kappas[run.weights].lane + lane) /
                             load_lanes<V>(cells.shapes[run.shape].inverse_volume + lane);
             energy += sum_in_double(scale * volume_energy<volume>(dilation));
         }

@@ -112,7 +112,6 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());
     a.crush_ratio = static_cast<T>(shares.crush_ratio());
-    a.means = shares.means();
     for (std::size_t k = 0; k < a.planes; ++k) {
         for (std::size_t j = 0; j < grid.rows(); ++j) {
             for (std::size_t column = 0; column < grid.columns(); ++column) {

@@ -77,7 +77,6 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material) {
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());
     a.crush_ratio = static_cast<T>(shares.crush_ratio());
-    a.means = shares.means();
     // Cells that touch each node, by its place in the layout: nonzero makes it a node of the body.
     std::vector<unsigned char> touching(a.size(), 0);
     for (std::size_t k = 0; k < a.planes; ++k) {

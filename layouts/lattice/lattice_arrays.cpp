@@ -15,10 +15,6 @@ CellShares::CellShares(const Lattice& lattice, const Material& material, const L
     cell_mass_ = material.density * h * h * h / 8;
     volume_ratio_ = volume_modulus(material) * h * h / (32 * cube_);
     crush_ratio_ = crush_modulus(material) * h * h / (32 * cube_);
-    const PatternConstants patterns = pattern_constants(material, h);
-    const double k = constants.cube_diagonal;
-    means_ = {constants.edge / (16 * k), constants.face_diagonal / (16 * k), patterns.bending / (1024 * k),
-              patterns.coupling,         patterns.twist / (1024 * k),        patterns.joint_twist / (1024 * k)};
 }
 
 /// The stiffness scale of a cell; zero outside.

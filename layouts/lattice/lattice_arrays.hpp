@@ -15,11 +15,6 @@ namespace hybmss {
 /// A layout's axes as the body's: along a row, along a plane, and normal to the planes.
 using LatticeAxes = std::array<std::size_t, 3>;
 
-/// Constants of springs on means by those of the cube diagonals; see kernels::MeanConstants.
-struct MeanRatios {
-    double edge, face, bending, coupling, twist, joint_twist;
-};
-
 /// What the cells around a grid node give to it and to the springs that start there: k = (k_e/4) * the sum of the
 /// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell. The same numbers in every layout.
 class CellShares {
@@ -37,7 +32,6 @@ public:
     double inverse_mass(int cells) const { return 1 / (mass(cells) * lattice_.cell_size()); } ///< 1 / (m h)
     double volume_ratio() const { return volume_ratio_; } ///< kappa h^2 / (32 k_c h)
     double crush_ratio() const { return crush_ratio_; }   ///< of crush_modulus(), likewise
-    const MeanRatios& means() const { return means_; }
 
 private:
     double scale_at(const std::array<int, 3>& place) const;
@@ -45,7 +39,6 @@ private:
     const Lattice& lattice_;
     LatticeAxes axes_;
     double edge_, face_, cube_, cell_mass_, volume_ratio_, crush_ratio_;
-    MeanRatios means_;
 };
 
 /// A lattice in memory: what flat_rows() and active_rows() fill, each in its own order, and what a sweep from plane to
@@ -69,9 +62,8 @@ struct LatticeArrays {
     std::size_t width = 0;                  ///< active-rows: lanes of a vector
     T volume_ratio = 0;                     ///< kappa h^2 / (32 k_c h)
     T crush_ratio = 0;                      ///< of crush_modulus(), likewise
-    MeanRatios means = {};
-    std::vector<double> masses; ///< kg, one a node of the body
-    std::vector<NodeRun> runs;  ///< of the body's nodes, ascending
+    std::vector<double> masses;             ///< kg, one a node of the body
+    std::vector<NodeRun> runs;              ///< of the body's nodes, ascending
 
     /// Elements of every array.
     std::size_t size() const { return inverse_mass.size(); }

@@ -78,11 +78,15 @@ ColoredSoa<T>::ColoredSoa(const Network& network)
         springs.inverse_length2[slot] = static_cast<T>(1 / rest_length2(s));
     });
 
-    nodes.clear();
-    for (const Network::Cell& c : network.cells) {
-        nodes.insert(nodes.end(), c.nodes.begin(), c.nodes.end());
-    }
-    coloring = color_greedily(nodes, 8, node_count);
+    const auto color_cells = [&](const std::vector<const Network::Cell*>& all) {
+        nodes.clear();
+        for (const Network::Cell* c : all) {
+            nodes.insert(nodes.end(), c->nodes.begin(), c->nodes.end());
+        }
+        return color_greedily(nodes, 8, node_count);
+    };
+    const std::vector<const Network::Cell*> with_volume = cells_of(network, false);
+    coloring = color_cells(with_volume);
     cells.color_begin = padded_begins(coloring);
     slots = cells.color_begin.back();
     for (std::size_t corner = 0; corner < 8; ++corner) {
@@ -94,7 +98,7 @@ ColoredSoa<T>::ColoredSoa(const Network& network)
     cells.kappa = AlignedArray<T>(slots);
     cells.inverse_volume = filled(slots, T(1));
     for_each_slot(coloring, cells.color_begin, [&](std::size_t slot, std::size_t item) {
-        const Network::Cell& c = network.cells[item];
+        const Network::Cell& c = *with_volume[item];
         const RestShape rest = rest_shape(network, c);
         for (std::size_t corner = 0; corner < 8; ++corner) {
             cells.node[corner][slot] = c.nodes[corner];
@@ -105,13 +109,41 @@ ColoredSoa<T>::ColoredSoa(const Network& network)
         cells.kappa[slot] = static_cast<T>(c.kappa);
         cells.inverse_volume[slot] = static_cast<T>(1 / rest.volume);
     });
+
+    const std::vector<const Network::Cell*> with_means = cells_of(network, true);
+    coloring = color_cells(with_means);
+    means.color_begin = padded_begins(coloring);
+    means.blocks = AlignedArray<MeanBlock<T>>(means.color_begin.back() / kBlockItems);
+    for (std::size_t slot = 0; slot < means.color_begin.back(); ++slot) {
+        MeanBlock<T>& block = means.blocks[slot / kBlockItems];
+        const std::size_t lane = slot % kBlockItems;
+        for (auto& corner : block.node) {
+            corner[lane] = static_cast<std::int32_t>(node_count + lane);
+        }
+        block.inverse_edge[lane] = 1;
+    }
+    for_each_slot(coloring, means.color_begin, [&](std::size_t slot, std::size_t item) {
+        MeanBlock<T>& block = means.blocks[slot / kBlockItems];
+        const std::size_t lane = slot % kBlockItems;
+        const MeanCell cell = mean_cell(network, *with_means[item]);
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            block.node[corner][lane] = with_means[item]->nodes[corner];
+        }
+        block.stiffness[lane] = static_cast<T>(cell.stiffness);
+        block.inverse_edge[lane] = static_cast<T>(cell.inverse_edge);
+        block.volume_ratio[lane] = static_cast<T>(cell.volume_ratio);
+    });
+    for (std::size_t& begin : means.color_begin) {
+        begin /= kBlockItems;
+    }
 }
 
 template <class T>
 std::size_t ColoredSoa<T>::bytes() const {
     const std::size_t spring_slots = springs.color_begin.back(), cell_slots = cells.color_begin.back();
     return spring_slots * (2 * sizeof(std::int32_t) + 5 * sizeof(T)) +
-           cell_slots * (8 * sizeof(std::int32_t) + 11 * sizeof(T)) + size() * sizeof(T) + node_count * sizeof(double);
+           cell_slots * (8 * sizeof(std::int32_t) + 11 * sizeof(T)) + means.blocks.bytes() + size() * sizeof(T) +
+           node_count * sizeof(double);
 }
 
 template struct ColoredSoa<float>;

@@ -2,6 +2,7 @@
 
 #include "hybmss/network.hpp"
 #include "layouts/aligned_array.hpp"
+#include "layouts/network/network_blocks.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,11 @@ struct ColoredSoa {
         AlignedArray<T> rest_edge[9], kappa, inverse_volume;
         std::vector<std::size_t> color_begin;
     } cells;
+    /// Those cells that have springs on their means.
+    struct Means {
+        AlignedArray<MeanBlock<T>> blocks;
+        std::vector<std::size_t> color_begin; ///< in blocks
+    } means;
     std::vector<double> masses;   ///< kg
     AlignedArray<T> inverse_mass; ///< 1 / m; zero at the dummies
     std::size_t node_count;

@@ -1,8 +1,11 @@
 #include "hybmss/network.hpp"
 
+#include "layouts/messages.hpp"
 #include "layouts/network/network_geometry.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -43,15 +46,46 @@ constexpr SpringKind kCubeDiagonals[] = {
     {{0, 0, 1}, {1, 1, 0}, {{0, 0, 0}}, 1},
 };
 
+void validate_means(const Network::Means& means) {
+    const auto check = [](const char* name, double value, double least, const char* allowed) {
+        if (!(value >= least) || !std::isfinite(value)) {
+            refuse_value(name, value, allowed);
+        }
+    };
+    constexpr const char* kNotNegative = "finite and at least 0";
+    const auto& [springs, patterns] = means;
+    check("network means: edge", springs.edge, 0, kNotNegative);
+    check("network means: face_diagonal", springs.face_diagonal, 0, kNotNegative);
+    check("network means: cube_diagonal", springs.cube_diagonal, std::numeric_limits<double>::min(),
+          "finite and above 0"); // the unit of all others
+    check("network means: bending", patterns.bending, 0, kNotNegative);
+    check("network means: twist", patterns.twist, 0, kNotNegative);
+    check("network means: joint_twist", patterns.joint_twist, 0, kNotNegative);
+    if (!(std::abs(patterns.coupling) <= 1)) {
+        refuse_value("network means: coupling", patterns.coupling, "from -1 to 1");
+    }
+}
+
+/// Whether the corners of a cell are, up to rounding, those of a cube with edges along x, y and z.
+bool is_upright_cube(const Network& network, const Network::Cell& cell) {
+    const auto corner = [&](std::size_t c) { return network.rest_positions[static_cast<std::size_t>(cell.nodes[c])]; };
+    const std::array<double, 3> low = corner(0);
+    const double edge = corner(7)[0] - low[0];
+    for (std::size_t c = 0; c < 8; ++c) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double expected = low[axis] + (c >> axis & 1 ? edge : 0);
+            if (!(std::abs(corner(c)[axis] - expected) <= 1e-6 * edge)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 } // namespace
 
 Network Network::from_lattice(const Lattice& lattice, const Material& material) {
     validate(material);
-    if (material.springs == SpringForm::means) {
-        throw std::invalid_argument(
-            "springs = means given for a network, whose springs join nodes: a lattice with them "
-            "needs the layout flat-rows or active-rows");
-    }
     if (material.crush.any()) {
         throw std::invalid_argument(
             "crush resistance given for a network: a lattice with it needs the layout flat-rows "
@@ -60,6 +94,7 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
     const auto [nx, ny, nz] = lattice.cells();
     const double h = lattice.cell_size();
     const SpringConstants constants = spring_constants(material, h);
+    const bool on_means = material.springs == SpringForm::means;
     const auto scale = [&, nx = nx, ny = ny, nz = nz](int i, int j, int k) -> double {
         const bool inside = i >= 0 && j >= 0 && k >= 0 && i < nx && j < ny && k < nz;
         return inside ? static_cast<double>(lattice.cell_scale(i, j, k)) : 0.0;
@@ -75,6 +110,9 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
     network.masses.assign(nodes.size(), 0.0);
     network.volume_energy = resolved_volume_energy(material);
     network.stiffening = material.stiffening;
+    if (on_means) {
+        network.means = {constants, pattern_constants(material, h)};
+    }
     const double kappa = network.volume_energy == VolumeEnergy::none ? 0.0 : volume_modulus(material);
 
     const auto add_springs = [&](std::span<const SpringKind> kinds, double share, int i, int j, int k) {
@@ -97,18 +135,20 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
     for (int k = 0; k <= nz; ++k) {
         for (int j = 0; j <= ny; ++j) {
             for (int i = 0; i <= nx; ++i) {
-                add_springs(kEdges, constants.edge / 4, i, j, k);
-                add_springs(kFaceDiagonals, constants.face_diagonal / 2, i, j, k);
-                add_springs(kCubeDiagonals, constants.cube_diagonal, i, j, k);
+                if (!on_means) {
+                    add_springs(kEdges, constants.edge / 4, i, j, k);
+                    add_springs(kFaceDiagonals, constants.face_diagonal / 2, i, j, k);
+                    add_springs(kCubeDiagonals, constants.cube_diagonal, i, j, k);
+                }
                 if (const double s = scale(i, j, k); s > 0) {
-                    Cell cell{{}, kappa * s};
+                    Cell cell{{}, kappa * s, on_means ? s : 0};
                     for (int corner = 0; corner < 8; ++corner) {
                         const auto node = static_cast<std::size_t>(number[lattice.grid_node_index(
                             i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))]);
                         cell.nodes[static_cast<std::size_t>(corner)] = static_cast<std::int32_t>(node);
                         network.masses[node] += material.density * h * h * h / 8;
                     }
-                    if (kappa != 0) {
+                    if (kappa != 0 || on_means) {
                         network.cells.push_back(cell);
                     }
                 }
@@ -153,9 +193,14 @@ void validate(const Network& network) {
             refuse("spring", s, "its rest vector must be finite and not zero");
         }
     }
-    if (!network.cells.empty() && network.volume_energy != VolumeEnergy::quadratic &&
-        network.volume_energy != VolumeEnergy::mean_stretch) {
+    const bool all_without_volume =
+        std::all_of(network.cells.begin(), network.cells.end(), [](const auto& cell) { return cell.kappa == 0; });
+    if (network.volume_energy != VolumeEnergy::quadratic && network.volume_energy != VolumeEnergy::mean_stretch &&
+        !(network.volume_energy == VolumeEnergy::none && all_without_volume) && !network.cells.empty()) {
         throw std::invalid_argument("network: volume_energy must be quadratic or mean_stretch where there are cells");
+    }
+    if (std::any_of(network.cells.begin(), network.cells.end(), [](const auto& cell) { return cell.scale > 0; })) {
+        validate_means(network.means);
     }
     for (std::size_t c = 0; c < network.cells.size(); ++c) {
         const Network::Cell& cell = network.cells[c];
@@ -175,6 +220,12 @@ void validate(const Network& network) {
         }
         if (!std::isfinite(cell.kappa)) {
             refuse("cell", c, "its kappa must be finite");
+        }
+        if (!(cell.scale >= 0) || !std::isfinite(cell.scale)) {
+            refuse("cell", c, "its scale must be finite and at least 0");
+        }
+        if (cell.scale > 0 && !is_upright_cube(network, cell)) {
+            refuse("cell", c, "it has springs on its means, and must be a cube at rest with edges along x, y and z");
         }
     }
 }

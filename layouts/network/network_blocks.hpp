@@ -26,6 +26,15 @@ struct alignas(64) CellBlock {
     T inverse_volume[kBlockItems]; ///< 1 / V0
 };
 
+/// Sixteen cells with springs on means, cubes. Nodes as in CellBlock; of separate arrays, their places.
+template <class T>
+struct alignas(64) MeanBlock {
+    std::int32_t node[8][kBlockItems];
+    T stiffness[kBlockItems];    ///< k_c h of the cube diagonals, N; 0: no cell
+    T inverse_edge[kBlockItems]; ///< 1 / h
+    T volume_ratio[kBlockItems]; ///< kappa h^2 / (32 k_c h)
+};
+
 /// Which node of a run stands at `position` in the rows of a run. Vectors of nodes in a row, transposed within groups
 /// of four lanes, do not come out in the order of the nodes: with four vectors of `groups` quads each, lane 4 g + j is
 /// node groups j + g.
@@ -70,8 +79,15 @@ struct alignas(64) CellRunShape {
 /// Cells likewise: corner c of the i-th cell is the i-th node after node[c].
 struct CellRun {
     std::int32_t node[8];
-    std::uint32_t shape; ///< which CellRunShape
-    std::uint32_t kappa; ///< which LaneValues: kappa, 0 where there is no cell
+    std::uint32_t shape;   ///< which CellRunShape, or MeanRunShape
+    std::uint32_t weights; ///< which LaneValues: kappa, or the stiffness of springs on means; 0 where there is no cell
+};
+
+/// The shapes of a run of cells with springs on means, as in MeanBlock.
+template <class T>
+struct alignas(64) MeanRunShape {
+    T inverse_edge[kBlockItems];
+    T volume_ratio[kBlockItems];
 };
 
 /// A bundle of springs and cells, by their positions in the arrays of a layout: blocks, and runs.
@@ -80,6 +96,8 @@ struct NetworkTile {
     std::size_t cell_begin, cell_end;
     std::size_t spring_run_begin = 0, spring_run_end = 0;
     std::size_t cell_run_begin = 0, cell_run_end = 0;
+    std::size_t mean_begin = 0, mean_end = 0;
+    std::size_t mean_run_begin = 0, mean_run_end = 0;
 };
 
 } // namespace hybmss

@@ -28,6 +28,21 @@ double rest_length2(const Network::Spring& spring) {
     return r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
 }
 
+MeanCell mean_cell(const Network& network, const Network::Cell& cell) {
+    const double h = rest_shape(network, cell).edges[0], k = cell.scale * network.means.springs.cube_diagonal;
+    return {k * h, 1 / h, cell.kappa * h / (32 * k)};
+}
+
+std::vector<const Network::Cell*> cells_of(const Network& network, bool on_means) {
+    std::vector<const Network::Cell*> cells;
+    for (const Network::Cell& cell : network.cells) {
+        if ((cell.scale > 0) == on_means) {
+            cells.push_back(&cell);
+        }
+    }
+    return cells;
+}
+
 std::vector<std::uint32_t> row_order(std::span<const std::array<double, 3>> points, double spacing) {
     std::vector<std::uint32_t> order(points.size());
     std::iota(order.begin(), order.end(), 0u);

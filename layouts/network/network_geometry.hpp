@@ -3,6 +3,7 @@
 #include "hybmss/network.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,6 +20,40 @@ RestShape rest_shape(const Network& network, const Network::Cell& cell);
 
 /// l^2 of a spring, m^2.
 double rest_length2(const Network::Spring& spring);
+
+/// visit(node, node, stiffness in N/m, rest length in m) of every spring. Of a cell with springs on its means: of some
+/// of each kind, as if they joined corners.
+template <class Visit>
+void for_each_spring(const Network& network, const Visit& visit) {
+    for (const Network::Spring& s : network.springs) {
+        visit(s.a, s.b, s.stiffness, std::sqrt(rest_length2(s)));
+    }
+    const SpringConstants& k = network.means.springs;
+    for (const Network::Cell& cell : network.cells) {
+        if (cell.scale > 0) {
+            const double h = rest_shape(network, cell).edges[0];
+            const auto from_low = [&](std::size_t corner, double stiffness, double squares) {
+                if (stiffness > 0) {
+                    visit(cell.nodes[0], cell.nodes[corner], cell.scale * stiffness, std::sqrt(squares) * h);
+                }
+            };
+            from_low(1, k.edge, 1);
+            from_low(2, k.edge, 1);
+            from_low(4, k.edge, 1);
+            from_low(3, k.face_diagonal, 2);
+            from_low(7, k.cube_diagonal, 3);
+        }
+    }
+}
+
+/// What a layout keeps of a cell with springs on its means: as in MeanBlock.
+struct MeanCell {
+    double stiffness, inverse_edge, volume_ratio;
+};
+MeanCell mean_cell(const Network& network, const Network::Cell& cell);
+
+/// The cells that have springs on their means, or those that have a volume alone.
+std::vector<const Network::Cell*> cells_of(const Network& network, bool on_means);
 
 /// The points row by row and plane by plane, as a lattice numbers its nodes: entry i is the number of the i-th point.
 ///

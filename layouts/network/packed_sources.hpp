@@ -82,31 +82,57 @@ private:
     std::vector<std::int32_t> nodes_;
 };
 
-/// Cells.
-template <class T>
-class CellSource {
+/// Cells: those with springs on means, or those that have a volume alone.
+class CellItems {
 public:
-    using Block = CellBlock<T>;
     using Run = CellRun;
-    using RunShape = CellRunShape<T>;
     static constexpr std::size_t kNodes = 8;
 
-    CellSource(const Network& network, std::span<const std::uint32_t> place) : network_(network) {
+    std::size_t size() const { return cells_.size(); }
+    std::span<const std::int32_t> nodes() const { return nodes_; }
+    static Run run(const std::int32_t (&first)[8], std::uint32_t shape, std::uint32_t weights) {
+        Run made{{}, shape, weights};
+        std::copy_n(first, 8, made.node);
+        return made;
+    }
+
+protected:
+    CellItems(const Network& network, std::span<const std::uint32_t> place, bool on_means)
+        : network_(network), cells_(cells_of(network, on_means)) {
         nodes_.reserve(8 * size());
-        for (const Network::Cell& cell : network.cells) {
-            for (const std::int32_t n : cell.nodes) {
+        for (const Network::Cell* cell : cells_) {
+            for (const std::int32_t n : cell->nodes) {
                 nodes_.push_back(place.empty() ? n : static_cast<std::int32_t>(place[static_cast<std::size_t>(n)]));
             }
         }
     }
 
-    std::size_t size() const { return network_.cells.size(); }
-    std::span<const std::int32_t> nodes() const { return nodes_; }
-    T weight(std::size_t i) const { return static_cast<T>(network_.cells[i].kappa); }
+    template <class Block>
+    static void set_nodes(Block& block, std::size_t lane, const std::int32_t (&first)[8]) {
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            block.node[corner][lane] = first[corner];
+        }
+    }
 
+    const Network& network_;
+    std::vector<const Network::Cell*> cells_;
+
+private:
+    std::vector<std::int32_t> nodes_;
+};
+
+template <class T>
+class CellSource : public CellItems {
+public:
+    using Block = CellBlock<T>;
+    using RunShape = CellRunShape<T>;
+
+    CellSource(const Network& network, std::span<const std::uint32_t> place) : CellItems(network, place, false) {}
+
+    T weight(std::size_t i) const { return static_cast<T>(cells_[i]->kappa); }
     template <class Shape>
     void set_shape(std::size_t i, Shape& shape, std::size_t lane) const {
-        const RestShape rest = rest_shape(network_, network_.cells[i]);
+        const RestShape rest = rest_shape(network_, *cells_[i]);
         for (std::size_t e = 0; e < 9; ++e) {
             shape.rest_edge[e][lane] = static_cast<T>(0 + rest.edges[e]);
         }
@@ -119,20 +145,31 @@ public:
         block.inverse_volume[lane] = 1;
     }
     static void set(Block& block, std::size_t lane, const std::int32_t (&first)[8], T weight) {
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-            block.node[corner][lane] = first[corner];
-        }
+        set_nodes(block, lane, first);
         block.kappa[lane] = weight;
     }
-    static Run run(const std::int32_t (&first)[8], std::uint32_t shape, std::uint32_t weights) {
-        Run made{{}, shape, weights};
-        std::copy_n(first, 8, made.node);
-        return made;
-    }
+};
 
-private:
-    const Network& network_;
-    std::vector<std::int32_t> nodes_;
+template <class T>
+class MeanSource : public CellItems {
+public:
+    using Block = MeanBlock<T>;
+    using RunShape = MeanRunShape<T>;
+
+    MeanSource(const Network& network, std::span<const std::uint32_t> place) : CellItems(network, place, true) {}
+
+    T weight(std::size_t i) const { return static_cast<T>(mean_cell(network_, *cells_[i]).stiffness); }
+    template <class Shape>
+    void set_shape(std::size_t i, Shape& shape, std::size_t lane) const {
+        const MeanCell cell = mean_cell(network_, *cells_[i]);
+        shape.inverse_edge[lane] = static_cast<T>(cell.inverse_edge);
+        shape.volume_ratio[lane] = static_cast<T>(cell.volume_ratio);
+    }
+    static void set_gap(Block& block, std::size_t lane) { block.inverse_edge[lane] = 1; }
+    static void set(Block& block, std::size_t lane, const std::int32_t (&first)[8], T weight) {
+        set_nodes(block, lane, first);
+        block.stiffness[lane] = weight;
+    }
 };
 
 /// Rows of numbers, each kept once, whoever uses it: the dictionary of a layout. Row is plain numbers without

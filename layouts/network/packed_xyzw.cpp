@@ -21,21 +21,18 @@ std::size_t nodes_per_tile(std::size_t nodes) {
 /// Whether the caller's numbering is one in space already: the springs of a lattice numbered row by row span as many
 /// places as two planes have nodes, those of a random numbering a good part of all.
 bool well_ordered(const Network& network) {
-    double span = 0;
-    for (const Network::Spring& s : network.springs) {
-        span += std::abs(static_cast<double>(s.a) - static_cast<double>(s.b));
-    }
-    const auto nodes = static_cast<double>(network.masses.size());
-    return span <= 0.05 * nodes * static_cast<double>(network.springs.size());
+    double span = 0, springs = 0;
+    for_each_spring(network, [&](std::int32_t a, std::int32_t b, double, double) {
+        span += std::abs(static_cast<double>(a) - static_cast<double>(b));
+        ++springs;
+    });
+    return span <= 0.05 * static_cast<double>(network.masses.size()) * springs;
 }
 
 /// How far neighbours are apart: nine of ten springs are at least as long. 1 m where there are none.
 double node_spacing(const Network& network) {
     std::vector<double> lengths;
-    lengths.reserve(network.springs.size());
-    for (const Network::Spring& s : network.springs) {
-        lengths.push_back(std::sqrt(rest_length2(s)));
-    }
+    for_each_spring(network, [&](std::int32_t, std::int32_t, double, double length) { lengths.push_back(length); });
     if (lengths.empty()) {
         return 1;
     }
@@ -130,26 +127,32 @@ PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, bool one_til
     }
     const SpringSource<T> spring_source(network, place);
     const CellSource<T> cell_source(network, place);
+    const MeanSource<T> mean_source(network, place);
     const std::size_t tile_nodes = one_tile ? padded(std::max<std::size_t>(node_count, 1)) : nodes_per_tile(node_count);
     const std::size_t tile_count = (node_count + tile_nodes - 1) / tile_nodes;
     const TiledItems tiled_springs = tile_items(spring_source.nodes(), 2, tile_nodes, tile_count);
     const TiledItems tiled_cells = tile_items(cell_source.nodes(), 8, tile_nodes, tile_count);
+    const TiledItems tiled_means = tile_items(mean_source.nodes(), 8, tile_nodes, tile_count);
 
     const std::size_t first_dummy = node_count + kBlockItems; // between them: what gaps in runs touch
     std::vector<std::vector<std::int32_t>> touched(tile_count);
     add_touched_nodes(tiled_springs, spring_source.nodes(), 2, touched);
     add_touched_nodes(tiled_cells, cell_source.nodes(), 8, touched);
+    add_touched_nodes(tiled_means, mean_source.nodes(), 8, touched);
     const Coloring coloring = color_tiles(touched, first_dummy);
     color_begin = coloring.begin;
 
-    std::vector<std::size_t> spring_begin, cell_begin;
+    std::vector<std::size_t> spring_begin, cell_begin, mean_begin;
     springs = make_blocks(spring_source, tiled_springs, coloring, node_count, first_dummy, spring_begin);
     cells = make_blocks(cell_source, tiled_cells, coloring, node_count, first_dummy, cell_begin);
+    means.blocks = make_blocks(mean_source, tiled_means, coloring, node_count, first_dummy, mean_begin);
     Runs<T, SpringSource<T>> along_springs = make_runs<T>(spring_source, tiled_springs, coloring, vector_lanes);
     Runs<T, CellSource<T>> along_cells = make_runs<T>(cell_source, tiled_cells, coloring, vector_lanes);
+    Runs<T, MeanSource<T>> along_means = make_runs<T>(mean_source, tiled_means, coloring, vector_lanes);
     for (std::size_t t = 0; t < tile_count; ++t) {
         tiles.push_back({spring_begin[t], spring_begin[t + 1], cell_begin[t], cell_begin[t + 1], along_springs.begin[t],
-                         along_springs.begin[t + 1], along_cells.begin[t], along_cells.begin[t + 1]});
+                         along_springs.begin[t + 1], along_cells.begin[t], along_cells.begin[t + 1], mean_begin[t],
+                         mean_begin[t + 1], along_means.begin[t], along_means.begin[t + 1]});
     }
     spring_runs = std::move(along_springs.runs);
     spring_run_shapes = std::move(along_springs.shapes);
@@ -157,6 +160,9 @@ PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, bool one_til
     cell_runs = std::move(along_cells.runs);
     cell_run_shapes = std::move(along_cells.shapes);
     kappas = std::move(along_cells.weights);
+    means.runs = std::move(along_means.runs);
+    means.run_shapes = std::move(along_means.shapes);
+    means.stiffnesses = std::move(along_means.weights);
 
     inverse_mass = AlignedArray<T>(4 * padded(first_dummy + tile_count));
     for (std::size_t i = 0; i < node_count; ++i) {
@@ -167,7 +173,8 @@ PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, bool one_til
 template <class T>
 std::size_t PackedXyzw<T>::bytes() const {
     return spring_runs.bytes() + spring_run_shapes.bytes() + stiffnesses.bytes() + cell_runs.bytes() +
-           cell_run_shapes.bytes() + kappas.bytes() + springs.bytes() + cells.bytes() + inverse_mass.bytes() +
+           cell_run_shapes.bytes() + kappas.bytes() + springs.bytes() + cells.bytes() + means.runs.bytes() +
+           means.run_shapes.bytes() + means.stiffnesses.bytes() + means.blocks.bytes() + inverse_mass.bytes() +
            masses.size() * sizeof(double) + (order.size() + place.size()) * sizeof(std::uint32_t) +
            tiles.size() * sizeof(NetworkTile);
 }

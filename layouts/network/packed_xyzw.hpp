@@ -20,7 +20,7 @@ namespace hybmss {
 ///     shapes:  | rest x, y, z x16 each | 1/l^2 x16 | ...   stiffnesses: | k x16 | ...   each kept once
 ///     blocks:  | a x16 | b x16 | rest x, y, z x16 each | k x16 | 1/l^2 x16 | ...   all other springs
 ///     tiles:   | colour 0: tile 3, tile 7, ... | colour 1: tile 0, ... |
-///                           \_ spring runs, spring blocks, cell runs, cell blocks of the tile
+///                           \_ runs and blocks of the tile: springs, cells, cells with springs on means
 ///
 /// Where a mesh is regular, be it only piece by piece, the b - a of neighbouring springs are equal: such a run
 /// (item_groups.hpp) is plain loads of whole vectors, and its low nodes are loaded and stored once for all runs from
@@ -54,6 +54,13 @@ struct PackedXyzw {
     AlignedArray<LaneValues<T>> kappas;
     AlignedArray<SpringBlock<T>> springs;
     AlignedArray<CellBlock<T>> cells;
+    /// Those cells that have springs on their means, likewise.
+    struct Means {
+        AlignedArray<CellRun> runs;
+        AlignedArray<MeanRunShape<T>> run_shapes;
+        AlignedArray<LaneValues<T>> stiffnesses;
+        AlignedArray<MeanBlock<T>> blocks;
+    } means;
     std::vector<NetworkTile> tiles;       ///< colour after colour; in blocks
     std::vector<std::size_t> color_begin; ///< where each colour starts in `tiles`; one more entry at the end
     std::vector<double> masses;           ///< kg, in the caller's order

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -25,8 +26,7 @@ struct CellStiffness {
 };
 
 /// Edges and face diagonals on the cell's means, and what its patterns store: at rest these are p_ij = g_i . e_j.
-void add_mean_springs(const Material& material, double h, Matrix24& stiffness) {
-    const SpringConstants constants = spring_constants(material, h);
+void add_mean_springs(const SpringConstants& constants, const PatternConstants& patterns, Matrix24& stiffness) {
     for (int code = 0; code < 27; ++code) {
         const Vector3d signs(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
         const double length2 = signs.squaredNorm();
@@ -41,7 +41,6 @@ void add_mean_springs(const Material& material, double h, Matrix24& stiffness) {
         }
         stiffness += (length2 == 1 ? constants.edge : constants.face_diagonal) * along * along.transpose();
     }
-    const PatternConstants patterns = pattern_constants(material, h);
     Eigen::Matrix<double, 24, 1> p[3][3];
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
@@ -64,25 +63,23 @@ void add_mean_springs(const Material& material, double h, Matrix24& stiffness) {
     }
 }
 
-/// The stiffness matrix at rest of one cell with its shares of the springs: k n n^T for each, and
-/// kappa/V0 (dV'/dx)(dV'/dx)^T, dV'/dx_i = h^2/4 (+-1, +-1, +-1).
-CellStiffness cell_stiffness(const Material& material, double h) {
-    const SpringConstants constants = spring_constants(material, h);
-    CellStiffness cell;
-    Matrix24& stiffness = cell.springs;
-    const bool means = material.springs == SpringForm::means;
+/// How a cube of the edge 1 changes its volume with its corners: 1/4 (+-1, +-1, +-1) each.
+Eigen::Matrix<double, 24, 1> volume_gradient() {
     Eigen::Matrix<double, 24, 1> gradient;
     for (int a = 0; a < 8; ++a) {
-        gradient.segment<3>(3 * a) = h * h / 4 * (2 * corner_position(a) - Vector3d::Ones());
+        gradient.segment<3>(3 * a) = (2 * corner_position(a) - Vector3d::Ones()) / 4;
+    }
+    return gradient;
+}
+
+/// The stiffness matrix at rest of the springs between a cell's corners: k n n^T for each, k by the number of axes
+/// along which its ends differ.
+Matrix24 spring_stiffness(const std::array<double, 3>& stiffness_of) {
+    Matrix24 stiffness = Matrix24::Zero();
+    for (int a = 0; a < 8; ++a) {
         for (int b = a + 1; b < 8; ++b) {
             const Vector3d r = corner_position(b) - corner_position(a);
-            const double length2 = r.squaredNorm();
-            if (means && length2 < 3) {
-                continue;
-            }
-            const double k = length2 == 1   ? constants.edge / 4
-                             : length2 == 2 ? constants.face_diagonal / 2
-                                            : constants.cube_diagonal;
+            const double length2 = r.squaredNorm(), k = stiffness_of[static_cast<std::size_t>(length2) - 1];
             const Eigen::Matrix3d block = k / length2 * r * r.transpose();
             stiffness.block<3, 3>(3 * a, 3 * a) += block;
             stiffness.block<3, 3>(3 * b, 3 * b) += block;
@@ -90,11 +87,24 @@ CellStiffness cell_stiffness(const Material& material, double h) {
             stiffness.block<3, 3>(3 * b, 3 * a) -= block;
         }
     }
-    if (means) {
-        add_mean_springs(material, h, stiffness);
-    }
-    cell.body = stiffness;
+    return stiffness;
+}
+Matrix24 mean_stiffness(const SpringConstants& constants, const PatternConstants& patterns) {
+    Matrix24 stiffness = spring_stiffness({0, 0, constants.cube_diagonal});
+    add_mean_springs(constants, patterns, stiffness);
+    return stiffness;
+}
+
+/// Of one cell with its shares of the springs, and kappa/V0 (dV'/dx)(dV'/dx)^T.
+CellStiffness cell_stiffness(const Material& material, double h) {
+    const SpringConstants k = spring_constants(material, h);
+    CellStiffness cell;
+    cell.springs = material.springs == SpringForm::means
+                       ? mean_stiffness(k, pattern_constants(material, h))
+                       : spring_stiffness({k.edge / 4, k.face_diagonal / 2, k.cube_diagonal});
+    cell.body = cell.springs;
     if (resolved_volume_energy(material) != VolumeEnergy::none) {
+        const Eigen::Matrix<double, 24, 1> gradient = h * h * volume_gradient();
         cell.body += volume_modulus(material) / (h * h * h) * gradient * gradient.transpose();
     }
     return cell;
@@ -150,11 +160,30 @@ FrequencyBounds network_frequencies(const Network& network) {
         row_sum[static_cast<std::size_t>(s.a)] += 2 * s.stiffness;
         row_sum[static_cast<std::size_t>(s.b)] += 2 * s.stiffness;
     }
+    // A cell with springs on means adds no more than its largest eigenvalue to the diagonals of its corners. By
+    // symmetry the change of its volume is an eigenvector by itself.
+    const Matrix24 of_means = mean_stiffness(network.means.springs, network.means.patterns);
+    const Eigen::Matrix<double, 24, 1> dilation = volume_gradient();
+    const double square = dilation.squaredNorm(), dilating = dilation.dot(of_means * dilation) / square;
+    const double others = largest_eigenvalue(of_means - dilating / square * dilation * dilation.transpose());
+    const double largest_of_means = std::max(dilating, others);
+    for (const Network::Cell& cell : network.cells) {
+        for (const std::int32_t node : cell.nodes) {
+            row_sum[static_cast<std::size_t>(node)] += cell.scale * largest_of_means;
+        }
+    }
     const std::vector<double> spring_sum = row_sum;
     for (const Network::Cell& cell : network.cells) {
         const RestShape rest = rest_shape(network, cell);
         const Vector3d a(&rest.edges[0]), b(&rest.edges[3]), c(&rest.edges[6]);
         const double volume = a.dot(b.cross(c));
+        if (cell.scale > 0) {
+            const double all = std::max(cell.scale * others, cell.scale * dilating + cell.kappa * a[0] * square);
+            for (const std::int32_t node : cell.nodes) {
+                row_sum[static_cast<std::size_t>(node)] += all - cell.scale * largest_of_means;
+            }
+            continue;
+        }
         double sum = 0;
         double norm[8];
         for (int corner = 0; corner < 8; ++corner) {

@@ -27,7 +27,8 @@ struct FrequencyBounds {
 /// (Irons and Treharne's theorem on element eigenvalues).
 FrequencyBounds lattice_frequencies(const Lattice& lattice, const Material& material);
 
-/// By the largest row sum of M^-1 K (Gershgorin), each 3x3 block by its norm.
+/// By the largest row sum of M^-1 K (Gershgorin), each 3x3 block by its norm; a cell with springs on its means has its
+/// largest eigenvalue in place of a row sum.
 FrequencyBounds network_frequencies(const Network& network);
 
 /// The largest eigenvalue of a symmetric positive semidefinite operator of `size` rows, by Lanczos' method from a fixed

@@ -55,6 +55,8 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
                                           : flat_rows<T>(lattice, material)),
       material_(material), active_(rows == LatticeRows::active), means_(material.springs == SpringForm::means),
       face_diagonals_(material.face_diagonal_ratio > 0),
+      mean_constants_(mean_constants<T>(spring_constants(material, lattice.cell_size()),
+                                        pattern_constants(material, lattice.cell_size()))),
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.one_tile)),
       springs_(springs_of(lattice, material).total()), cells_(lattice.cell_count()) {}
 
@@ -97,9 +99,7 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
         layer.stiffness[kind] = layout_.stiffness[held].data() + layout_.stiffness_begin[k];
     }
     layer.volume_ratio = layout_.volume_ratio;
-    const MeanRatios& m = layout_.means;
-    layer.means = {static_cast<T>(m.edge),     static_cast<T>(m.face),  static_cast<T>(m.bending),
-                   static_cast<T>(m.coupling), static_cast<T>(m.twist), static_cast<T>(m.joint_twist)};
+    layer.means = mean_constants_;
     return layer;
 }
 

@@ -78,6 +78,7 @@ private:
     bool active_; ///< in active-rows
     bool means_;  ///< springs on means
     bool face_diagonals_;
+    kernels::MeanConstants<T> mean_constants_;
     std::vector<std::size_t> slab_begin_; ///< the first layer of each slab; one more entry at the end
     std::size_t springs_, cells_;
 };

@@ -139,7 +139,7 @@ std::vector<std::string> lattice_layouts() {
 }
 std::vector<std::string> lattice_layouts_of(const Material& material) {
     std::vector<std::string> names = names_where([](const Layout& layout) { return !layout.of_networks; });
-    if (material.springs == SpringForm::nodes && !material.crush.any()) {
+    if (!material.crush.any()) {
         names.emplace_back(kNetwork);
     }
     return names;

@@ -15,7 +15,7 @@ namespace hybmss {
 /// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one.
 std::vector<std::string> distinct_lattice_layouts();
 
-/// Those of lattice_layouts() that a material can have: a network has no springs on means and no crush resistance.
+/// Those of lattice_layouts() that a material can have: a network has no crush resistance.
 std::vector<std::string> lattice_layouts_of(const Material& material);
 
 /// The layout that a lattice gets where nothing is timed: active-rows where at most half of the cells are filled and

@@ -1,28 +1,30 @@
 #include "plan/bodies/network_body.hpp"
 
 #include "plan/bodies/critical_time_step.hpp"
-#include "plan/bodies/plan_description.hpp"
 
 #include <algorithm>
 
 namespace hybmss {
 namespace {
 
+/// Items in a piece of work, and the same in blocks.
+constexpr std::size_t kPieceBlocks = 128, kPiece = kPieceBlocks * kPadding;
+
 /// visit(begin, end) on pieces of [begin, end), which do not depend on the threads.
 template <class Visit>
-Stage in_pieces(std::size_t begin, std::size_t end, Visit visit) {
-    constexpr std::size_t kPiece = 128 * kPadding;
-    return {(end - begin + kPiece - 1) / kPiece, [begin, end, visit](std::size_t i, std::size_t) {
-                const std::size_t from = begin + i * kPiece;
-                visit(static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(std::min(from + kPiece, end)));
+Stage in_pieces(std::size_t begin, std::size_t end, Visit visit, std::size_t piece = kPiece) {
+    return {(end - begin + piece - 1) / piece, [begin, end, visit, piece](std::size_t i, std::size_t) {
+                const std::size_t from = begin + i * piece;
+                visit(static_cast<std::ptrdiff_t>(from), static_cast<std::ptrdiff_t>(std::min(from + piece, end)));
             }};
 }
 
 /// visit(begin, end) on pieces of every colour, a stage a colour.
 template <class Visit>
-void append_colors(const std::vector<std::size_t>& color_begin, const Visit& visit, std::vector<Stage>& stages) {
+void append_colors(const std::vector<std::size_t>& color_begin, const Visit& visit, std::vector<Stage>& stages,
+                   std::size_t piece = kPiece) {
     for (std::size_t color = 0; color + 1 < color_begin.size(); ++color) {
-        stages.push_back(in_pieces(color_begin[color], color_begin[color + 1], visit));
+        stages.push_back(in_pieces(color_begin[color], color_begin[color + 1], visit, piece));
     }
 }
 
@@ -31,7 +33,9 @@ void append_colors(const std::vector<std::size_t>& color_begin, const Visit& vis
 template <class T>
 NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
     : Body<T>(options, network.masses.size(), kernel_volume(network), network_frequencies(network), network.stiffening),
-      layout_(network), run_{0, 0, layout_.node_count} {}
+      layout_(network), means_(network),
+      mean_constants_(mean_constants<T>(network.means.springs, network.means.patterns)), run_{0, 0,
+                                                                                              layout_.node_count} {}
 
 template <class T>
 State<T> NetworkBody<T>::linear_state(bool moving) const {
@@ -64,6 +68,11 @@ kernels::NetworkCells<T> NetworkBody<T>::cell_arrays() const {
 }
 
 template <class T>
+kernels::MeanCells<T> NetworkBody<T>::mean_cells() const {
+    return {mean_constants_, layout_.means.blocks.data(), nullptr, nullptr, nullptr};
+}
+
+template <class T>
 kernels::NodeArrays<T> NetworkBody<T>::node_arrays(State<T>& state) const {
     kernels::NodeArrays<T> nodes{};
     for (std::size_t c = 0; c < 3; ++c) {
@@ -77,12 +86,21 @@ kernels::NodeArrays<T> NetworkBody<T>::node_arrays(State<T>& state) const {
 
 template <class T>
 template <class Visit>
-double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit) const {
-    constexpr std::size_t kPiece = 128 * kPadding;
-    return this->sum_of((size + kPiece - 1) / kPiece, [&](std::size_t i) {
-        return visit(static_cast<std::ptrdiff_t>(i * kPiece),
-                     static_cast<std::ptrdiff_t>(std::min((i + 1) * kPiece, size)));
+double NetworkBody<T>::sum_over_pieces(std::size_t size, const Visit& visit, std::size_t piece) const {
+    return this->sum_of((size + piece - 1) / piece, [&](std::size_t i) {
+        return visit(static_cast<std::ptrdiff_t>(i * piece),
+                     static_cast<std::ptrdiff_t>(std::min((i + 1) * piece, size)));
     });
+}
+
+template <class T>
+template <class Means, class... Arguments>
+void NetworkBody<T>::append_mean_stages(std::vector<Stage>& stages, Means on_means,
+                                        const Arguments&... arguments) const {
+    append_colors(
+        layout_.means.color_begin,
+        [=, cells = mean_cells()](auto begin, auto end) { on_means(cells, arguments..., begin, end); }, stages,
+        kPieceBlocks);
 }
 
 template <class T>
@@ -104,7 +122,12 @@ std::vector<Stage> NetworkBody<T>::color_stages(Springs on_springs, Cells on_cel
 
 template <class T>
 std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
-    return color_stages(kernel_table().soa_springs(accuracy()), kernel_table().soa_cells(volume()), nodes);
+    auto stages = color_stages(kernel_table().soa_springs(accuracy()), kernel_table().soa_cells(volume()), nodes);
+    kernels::HessianArrays<T> sums{};
+    std::copy_n(nodes.displacement, 3, sums.displacement);
+    std::copy_n(nodes.force, 3, sums.product);
+    append_mean_stages(stages, kernel_table().network_means(means_.face_diagonals, volume(), accuracy()), sums);
+    return stages;
 }
 
 template <class T>
@@ -130,6 +153,18 @@ PotentialEnergy NetworkBody<T>::linear_energy(State<T>& state) const {
                 return kernel_table().soa_cell_energy(volume())(cells, nodes, begin, end);
             });
     }
+    const auto at = hessian_arrays(state);
+    const auto means = kernel_table().network_mean_energy(means_.face_diagonals, volume());
+    const std::size_t blocks = layout_.means.color_begin.back(), pieces = (blocks + kPieceBlocks - 1) / kPieceBlocks;
+    std::vector<kernels::LayerEnergy> parts(pieces);
+    this->workers().run(pieces, [&](std::size_t i, std::size_t) {
+        parts[i] = means(mean_cells(), at, static_cast<std::ptrdiff_t>(i * kPieceBlocks),
+                         static_cast<std::ptrdiff_t>(std::min((i + 1) * kPieceBlocks, blocks)));
+    });
+    for (const kernels::LayerEnergy& part : parts) {
+        energy.springs += part.springs;
+        energy.volume += 32 * part.volume;
+    }
     return energy;
 }
 
@@ -151,16 +186,23 @@ std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPa
         nodes.product[c] = product[c].data();
     }
     nodes.stiffening = pass.stiffening;
-    return color_stages(kernel_table().soa_spring_product(pass.law, accuracy()),
-                        kernel_table().soa_cell_product(pass.cells(volume())), nodes);
+    const kernels::Volume cells = pass.cells(volume());
+    const auto& table = kernel_table();
+    auto stages = color_stages(table.soa_spring_product(pass.law, accuracy()), table.soa_cell_product(cells), nodes);
+    append_mean_stages(stages, table.network_mean_product(means_.face_diagonals, {pass.law, cells}, accuracy()), nodes);
+    return stages;
 }
 
 template <class T>
 void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const {
     const auto nodes = hessian_arrays(state);
     const kernels::DiagonalBlocks<T> sums = this->cleared_blocks(layout_.size(), pass, blocks);
-    const auto stages = color_stages(kernel_table().soa_spring_diagonal(pass.law, accuracy()),
-                                     kernel_table().soa_cell_diagonal(pass.cells(volume())), nodes, sums);
+    const kernels::Volume cells = pass.cells(volume());
+    const auto& table = kernel_table();
+    auto stages =
+        color_stages(table.soa_spring_diagonal(pass.law, accuracy()), table.soa_cell_diagonal(cells), nodes, sums);
+    append_mean_stages(stages, table.network_mean_diagonal(means_.face_diagonals, {pass.law, cells}, accuracy()), nodes,
+                       sums);
     this->workers().run(stages, 1);
 }
 
@@ -169,9 +211,13 @@ double NetworkBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
     auto nodes = hessian_arrays(state);
     nodes.stiffening = constants;
     const auto springs = spring_arrays();
-    return sum_over_pieces(layout_.springs.color_begin.back(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        return kernel_table().soa_stiffening_energy()(springs, nodes, begin, end);
-    });
+    const auto of_springs = kernel_table().soa_stiffening_energy();
+    const auto of_means = kernel_table().network_mean_stiffening_energy(means_.face_diagonals);
+    return sum_over_pieces(layout_.springs.color_begin.back(),
+                           [&](auto begin, auto end) { return of_springs(springs, nodes, begin, end); }) +
+           sum_over_pieces(
+               layout_.means.color_begin.back(),
+               [&](auto begin, auto end) { return of_means(mean_cells(), nodes, begin, end); }, kPieceBlocks);
 }
 
 template <class T>
@@ -190,11 +236,12 @@ std::vector<Stage> NetworkBody<T>::linear_step_stages(State<T>& state, const Ste
 
 template <class T>
 void NetworkBody<T>::describe_layout(PlanDescription& d) const {
-    d.kernel = network_kernels("network", volume(), accuracy());
-    d.springs = layout_.spring_count;
+    d.kernel = network_kernels("network", means_, volume(), accuracy());
+    d.springs = layout_.spring_count + means_.springs();
     d.cells = layout_.cell_count;
     d.bytes = layout_.bytes();
-    d.tiles = layout_.springs.color_begin.size() + layout_.cells.color_begin.size() - 2;
+    d.tiles =
+        layout_.springs.color_begin.size() + layout_.cells.color_begin.size() + layout_.means.color_begin.size() - 3;
 }
 
 template class NetworkBody<float>;

@@ -3,6 +3,7 @@
 #include "kernels/kernel_table.hpp"
 #include "layouts/network/colored_soa.hpp"
 #include "plan/bodies/body.hpp"
+#include "plan/bodies/plan_description.hpp"
 
 namespace hybmss {
 
@@ -43,12 +44,18 @@ private:
     /// Kernels of springs and, unless null, of cells, on the blocks of every colour, a stage a colour.
     template <class Springs, class Cells, class... Arguments>
     std::vector<Stage> color_stages(Springs on_springs, Cells on_cells, const Arguments&... arguments) const;
+    kernels::MeanCells<T> mean_cells() const;
+    /// The same of a kernel of cells with springs on means.
+    template <class Means, class... Arguments>
+    void append_mean_stages(std::vector<Stage>& stages, Means on_means, const Arguments&... arguments) const;
     /// What adds all forces to arrays that are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;
     template <class Visit>
-    double sum_over_pieces(std::size_t size, const Visit& visit) const;
+    double sum_over_pieces(std::size_t size, const Visit& visit, std::size_t piece = 128 * kPadding) const;
 
     ColoredSoa<T> layout_;
+    NetworkMeans means_;
+    kernels::MeanConstants<T> mean_constants_;
     NodeRun run_;
 };
 

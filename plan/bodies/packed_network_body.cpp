@@ -1,7 +1,6 @@
 #include "plan/bodies/packed_network_body.hpp"
 
 #include "plan/bodies/critical_time_step.hpp"
-#include "plan/bodies/plan_description.hpp"
 
 #include <algorithm>
 
@@ -12,16 +11,27 @@ std::ptrdiff_t at(std::size_t i) {
     return static_cast<std::ptrdiff_t>(i);
 }
 
-/// The sum of energy(first, last) over pieces of a range. A tile may be the whole body, and one long sum, even in
-/// double, loses more digits than its terms do.
+/// visit(first, last) of pieces of a range. A tile may be the whole body, and one long sum, even in double, loses more
+/// digits than its terms do.
+template <class Visit>
+void for_pieces(std::size_t begin, std::size_t end, const Visit& visit) {
+    constexpr std::size_t kPiece = 2048;
+    for (std::size_t first = begin; first < end; first += kPiece) {
+        visit(at(first), at(std::min(first + kPiece, end)));
+    }
+}
+/// The sum of energy(first, last) over them.
 template <class Energy>
 double sum_over_pieces(std::size_t begin, std::size_t end, const Energy& energy) {
-    constexpr std::size_t kPiece = 2048;
     double sum = 0;
-    for (std::size_t first = begin; first < end; first += kPiece) {
-        sum += energy(at(first), at(std::min(first + kPiece, end)));
-    }
+    for_pieces(begin, end, [&](auto first, auto last) { sum += energy(first, last); });
     return sum;
+}
+
+/// Packed nodes as kernels of cells with springs on means take them.
+template <class T>
+kernels::HessianArrays<T> arrays(const kernels::PackedHessian<T>& nodes) {
+    return {{nodes.displacement}, {nodes.direction}, {nodes.product}, nodes.stiffening};
 }
 
 } // namespace
@@ -29,7 +39,9 @@ double sum_over_pieces(std::size_t begin, std::size_t end, const Energy& energy)
 template <class T>
 PackedNetworkBody<T>::PackedNetworkBody(const Network& network, const PlanOptions& options)
     : Body<T>(options, network.masses.size(), kernel_volume(network), network_frequencies(network), network.stiffening),
-      layout_(network, kernel_table().width, options.one_tile), run_{0, 0, layout_.node_count} {}
+      layout_(network, kernel_table().width, options.one_tile), means_(network),
+      mean_constants_(mean_constants<T>(network.means.springs, network.means.patterns)), run_{0, 0,
+                                                                                              layout_.node_count} {}
 
 template <class T>
 State<T> PackedNetworkBody<T>::linear_state(bool moving) const {
@@ -51,9 +63,24 @@ kernels::CellRuns<T> PackedNetworkBody<T>::cell_runs() const {
 }
 
 template <class T>
-template <class SpringRuns, class CellRuns, class Springs, class Cells, class... Arguments>
+kernels::MeanCells<T> PackedNetworkBody<T>::mean_cells(bool in_runs) const {
+    const auto& m = layout_.means;
+    return {mean_constants_, m.blocks.data(), in_runs ? m.runs.data() : nullptr, m.run_shapes.data(),
+            m.stiffnesses.data()};
+}
+
+template <class T>
+template <class Visit>
+void PackedNetworkBody<T>::for_means(const NetworkTile& tile, const Visit& visit) const {
+    for_pieces(tile.mean_run_begin, tile.mean_run_end,
+               [&](auto begin, auto end) { visit(mean_cells(true), begin, end); });
+    for_pieces(tile.mean_begin, tile.mean_end, [&](auto begin, auto end) { visit(mean_cells(false), begin, end); });
+}
+
+template <class T>
+template <class SpringRuns, class CellRuns, class Springs, class Cells, class Means, class... Arguments>
 std::vector<Stage> PackedNetworkBody<T>::tile_stages(SpringRuns on_spring_runs, CellRuns on_cell_runs,
-                                                     Springs on_springs, Cells on_cells,
+                                                     Springs on_springs, Cells on_cells, Means on_means,
                                                      const Arguments&... arguments) const {
     std::vector<Stage> stages;
     for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
@@ -69,6 +96,7 @@ std::vector<Stage> PackedNetworkBody<T>::tile_stages(SpringRuns on_spring_runs, 
                  if (on_cells) {
                      on_cells(layout_.cells.data(), arguments..., at(tile.cell_begin), at(tile.cell_end));
                  }
+                 for_means(tile, on_means);
              }});
     }
     return stages;
@@ -90,6 +118,13 @@ PotentialEnergy PackedNetworkBody<T>::energy(const NetworkTile& tile, const kern
     if (const auto cells = kernel_table().run_cell_energy(volume())) {
         energy.volume += cells(cell_runs(), nodes, at(tile.cell_run_begin), at(tile.cell_run_end));
     }
+    const auto of_means = kernel_table().network_mean_energy(means_.face_diagonals, volume());
+    for_means(tile, [&](const auto& cells, kernels::Range begin, kernels::Range end) {
+        const kernels::LayerEnergy part =
+            of_means(cells, arrays<T>({nodes.displacement, nullptr, nullptr, {}}), begin, end);
+        energy.springs += part.springs;
+        energy.volume += 32 * part.volume;
+    });
     return energy;
 }
 
@@ -98,16 +133,26 @@ double PackedNetworkBody<T>::stiffening_energy(const NetworkTile& tile, const ke
     const double runs = sum_over_pieces(tile.spring_run_begin, tile.spring_run_end, [&](auto begin, auto end) {
         return kernel_table().run_stiffening_energy()(spring_runs(), nodes, begin, end);
     });
-    return runs + sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
-               return kernel_table().packed_stiffening_energy()(layout_.springs.data(), nodes, begin, end);
-           });
+    double sum = runs + sum_over_pieces(tile.spring_begin, tile.spring_end, [&](auto begin, auto end) {
+                     return kernel_table().packed_stiffening_energy()(layout_.springs.data(), nodes, begin, end);
+                 });
+    const auto of_means = kernel_table().network_mean_stiffening_energy(means_.face_diagonals);
+    for_means(tile, [&](const auto& cells, kernels::Range begin, kernels::Range end) {
+        sum += of_means(cells, arrays(nodes), begin, end);
+    });
+    return sum;
 }
 
 template <class T>
 std::vector<Stage> PackedNetworkBody<T>::accumulate(const kernels::PackedNodes<T>& nodes) const {
     const auto& table = kernel_table();
+    const auto on_means = [of_means = table.network_means(means_.face_diagonals, volume(), accuracy()),
+                           sums = arrays<T>({nodes.displacement, nullptr, nodes.force, {}})](
+                              const auto& cells, kernels::Range begin, kernels::Range end) {
+        of_means(cells, sums, begin, end);
+    };
     return tile_stages(table.run_springs(accuracy()), table.run_cells(volume()), table.packed_springs(accuracy()),
-                       table.packed_cells(volume()), nodes);
+                       table.packed_cells(volume()), on_means, nodes);
 }
 
 template <class T>
@@ -139,8 +184,13 @@ std::vector<Stage> PackedNetworkBody<T>::spring_stages(State<T>& state, const Sp
                                           product[0].data(), pass.stiffening};
     const auto& table = kernel_table();
     const kernels::Volume cells = pass.cells(volume());
+    const auto on_means = [of_means = table.network_mean_product(means_.face_diagonals, {pass.law, cells}, accuracy()),
+                           sums = arrays(nodes)](const auto& on, kernels::Range begin, kernels::Range end) {
+        of_means(on, sums, begin, end);
+    };
     return tile_stages(table.run_spring_product(pass.law, accuracy()), table.run_cell_product(cells),
-                       table.packed_spring_product(pass.law, accuracy()), table.packed_cell_product(cells), nodes);
+                       table.packed_spring_product(pass.law, accuracy()), table.packed_cell_product(cells), on_means,
+                       nodes);
 }
 
 template <class T>
@@ -150,9 +200,14 @@ void PackedNetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>&
     const auto& table = kernel_table();
     const kernels::Volume cells = pass.cells(volume());
     const T* const displacement = state.displacement[0].data();
+    const auto on_means = [of_means = table.network_mean_diagonal(means_.face_diagonals, {pass.law, cells}, accuracy()),
+                           nodes = arrays<T>({displacement, nullptr, nullptr, {}}),
+                           sums](const auto& on, kernels::Range begin, kernels::Range end) {
+        of_means(on, nodes, sums, begin, end);
+    };
     const auto stages = tile_stages(table.run_spring_diagonal(pass.law, accuracy()), table.run_cell_diagonal(cells),
                                     table.packed_spring_diagonal(pass.law, accuracy()),
-                                    table.packed_cell_diagonal(cells), displacement, sums);
+                                    table.packed_cell_diagonal(cells), on_means, displacement, sums);
     this->workers().run(stages, 1);
 }
 
@@ -182,8 +237,8 @@ std::vector<Stage> PackedNetworkBody<T>::linear_step_stages(State<T>& state, con
 
 template <class T>
 void PackedNetworkBody<T>::describe_layout(PlanDescription& d) const {
-    d.kernel = network_kernels("packed", volume(), accuracy());
-    d.springs = layout_.spring_count;
+    d.kernel = network_kernels("packed", means_, volume(), accuracy());
+    d.springs = layout_.spring_count + means_.springs();
     d.cells = layout_.cell_count;
     d.bytes = layout_.bytes();
     d.tiles = layout_.tiles.size();

@@ -2,6 +2,7 @@
 
 #include "layouts/network/packed_xyzw.hpp"
 #include "plan/bodies/body.hpp"
+#include "plan/bodies/plan_description.hpp"
 
 namespace hybmss {
 
@@ -38,17 +39,24 @@ private:
 
     kernels::SpringRuns<T> spring_runs() const;
     kernels::CellRuns<T> cell_runs() const;
+    kernels::MeanCells<T> mean_cells(bool in_runs) const;
     PotentialEnergy energy(const NetworkTile& tile, const kernels::PackedNodes<T>& nodes) const;
     double stiffening_energy(const NetworkTile& tile, const kernels::PackedHessian<T>& nodes) const;
-    /// Kernels of springs and, unless null, of cells, each in runs and in blocks, on every tile: a stage a colour.
-    template <class SpringRuns, class CellRuns, class Springs, class Cells, class... Arguments>
+    /// visit(cells, begin, end) of the tile's cells with springs on means: those in runs, those in blocks.
+    template <class Visit>
+    void for_means(const NetworkTile& tile, const Visit& visit) const;
+    /// Kernels of springs and, unless null, of cells, each in runs and in blocks, and on_means() of for_means(), on
+    /// every tile: a stage a colour.
+    template <class SpringRuns, class CellRuns, class Springs, class Cells, class Means, class... Arguments>
     std::vector<Stage> tile_stages(SpringRuns on_spring_runs, CellRuns on_cell_runs, Springs on_springs, Cells on_cells,
-                                   const Arguments&... arguments) const;
+                                   Means on_means, const Arguments&... arguments) const;
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
     std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
 
     PackedXyzw<T> layout_;
+    NetworkMeans means_;
+    kernels::MeanConstants<T> mean_constants_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order
 };
 

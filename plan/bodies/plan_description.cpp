@@ -1,6 +1,7 @@
 #include "plan/bodies/plan_description.hpp"
 
 #include "layouts/messages.hpp"
+#include "layouts/network/network_geometry.hpp"
 
 #include <cmath>
 #include <sstream>
@@ -34,10 +35,22 @@ kernels::Volume kernel_volume(const Network& network) {
     return network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy);
 }
 
-std::string network_kernels(const std::string& kind, kernels::Volume volume, Accuracy accuracy) {
-    std::string kernels = kind + "_springs<" + std::string(name(accuracy)) + ">";
-    if (volume != kernels::Volume::none) {
-        kernels += " + " + kind + "_cells<" + kVolumes[static_cast<int>(volume)] + ">";
+NetworkMeans::NetworkMeans(const Network& network)
+    : cells(cells_of(network, true).size()), face_diagonals(network.means.springs.face_diagonal > 0),
+      alone(cells > 0 && cells == network.cells.size() && network.springs.empty()) {}
+
+std::string network_kernels(const std::string& kind, const NetworkMeans& means, kernels::Volume volume,
+                            Accuracy accuracy) {
+    std::string kernels;
+    if (!means.alone) {
+        kernels = kind + "_springs<" + std::string(name(accuracy)) + ">";
+        if (volume != kernels::Volume::none) {
+            kernels += " + " + kind + "_cells<" + kVolumes[static_cast<int>(volume)] + ">";
+        }
+    }
+    if (means.cells > 0) {
+        kernels += (means.alone ? "network_means" : " + network_means") +
+                   lattice_variant(means.face_diagonals, volume, accuracy);
     }
     return kernels;
 }
@@ -77,6 +90,16 @@ kernels::StepConstants<T> step_constants(const StepParameters& p, double length_
     return constants;
 }
 
+template <class T>
+kernels::MeanConstants<T> mean_constants(const SpringConstants& springs, const PatternConstants& patterns) {
+    const double k = springs.cube_diagonal;
+    return {static_cast<T>(springs.edge / (16 * k)),       static_cast<T>(springs.face_diagonal / (16 * k)),
+            static_cast<T>(patterns.bending / (1024 * k)), static_cast<T>(patterns.coupling),
+            static_cast<T>(patterns.twist / (1024 * k)),   static_cast<T>(patterns.joint_twist / (1024 * k))};
+}
+
+template kernels::MeanConstants<float> mean_constants(const SpringConstants&, const PatternConstants&);
+template kernels::MeanConstants<double> mean_constants(const SpringConstants&, const PatternConstants&);
 template kernels::StepConstants<float> step_constants<float>(const StepParameters&, double);
 template kernels::StepConstants<double> step_constants<double>(const StepParameters&, double);
 

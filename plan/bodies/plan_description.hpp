@@ -14,10 +14,25 @@ namespace hybmss {
 kernels::Volume kernel_volume(const Material& material);
 kernels::Volume kernel_volume(const Network& network);
 
+/// Of cells with springs on means that have these constants, by that of the cube diagonals.
+template <class T>
+kernels::MeanConstants<T> mean_constants(const SpringConstants& springs, const PatternConstants& patterns);
+
+/// Of a network, the cells with springs on means.
+struct NetworkMeans {
+    explicit NetworkMeans(const Network& network);
+    std::size_t springs() const { return cells * (face_diagonals ? 13 : 7); }
+
+    std::size_t cells;
+    bool face_diagonals;
+    bool alone; ///< there is nothing else
+};
+
 /// "<face_diagonals, quadratic, fast>"
 std::string lattice_variant(bool face_diagonals, kernels::Volume volume, Accuracy accuracy);
-/// "packed_springs<fast> + packed_cells<quadratic>"
-std::string network_kernels(const std::string& kind, kernels::Volume volume, Accuracy accuracy);
+/// "packed_springs<fast> + packed_cells<quadratic>", "network_means<no face diagonals, quadratic, fast>", or both.
+std::string network_kernels(const std::string& kind, const NetworkMeans& means, kernels::Volume volume,
+                            Accuracy accuracy);
 
 template <class T>
 std::string precision_name() {

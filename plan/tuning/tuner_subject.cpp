@@ -139,6 +139,7 @@ Network sample_of(const Network& network, std::size_t most_nodes) {
 
     Network sample;
     sample.volume_energy = network.volume_energy;
+    sample.means = network.means;
     std::vector<std::int32_t> renumbered(positions.size(), -1);
     for (const std::size_t n : kept) {
         renumbered[n] = static_cast<std::int32_t>(sample.masses.size());

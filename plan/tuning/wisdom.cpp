@@ -2,6 +2,7 @@
 
 #include "layouts/lattice/lattice_arrays.hpp"
 #include "layouts/messages.hpp"
+#include "layouts/network/network_geometry.hpp"
 #include "layouts/read_file.hpp"
 #include "plan/bodies/plan_description.hpp"
 #include "plan/threads/workers.hpp"
@@ -35,11 +36,12 @@ std::string volume_class(kernels::Volume volume) {
 }
 
 bool numbered_locally(const Network& network) {
-    double sum = 0;
-    for (const Network::Spring& spring : network.springs) {
-        sum += std::abs(static_cast<double>(spring.b) - spring.a);
-    }
-    const double mean = sum / static_cast<double>(std::max<std::size_t>(network.springs.size(), 1));
+    double sum = 0, springs = 0;
+    for_each_spring(network, [&](std::int32_t a, std::int32_t b, double, double) {
+        sum += std::abs(static_cast<double>(b) - a);
+        ++springs;
+    });
+    const double mean = sum / std::max(springs, 1.0);
     return mean < std::pow(static_cast<double>(network.masses.size()), 5.0 / 6) / std::sqrt(3.0);
 }
 
@@ -151,7 +153,8 @@ std::string body_class(const Lattice& lattice, const Material& material) {
 
 template <class T>
 std::string body_class(const Network& network) {
-    return "network " + precision_name<T>() + volume_class(kernel_volume(network)) + size_class(network.masses.size()) +
+    return "network " + precision_name<T>() + (cells_of(network, true).empty() ? "" : " springs-on-means") +
+           volume_class(kernel_volume(network)) + size_class(network.masses.size()) +
            " numbering:" + (numbered_locally(network) ? "local" : "scattered");
 }
 

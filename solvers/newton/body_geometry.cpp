@@ -24,14 +24,14 @@ BodyScales BodyScales::of(const Lattice& lattice, const Material& material) {
 
 BodyScales BodyScales::of(const Network& network) {
     BodyScales scales;
-    double sum = 0, square = 0;
-    for (const Network::Spring& s : network.springs) {
-        const double length = std::sqrt(rest_length2(s));
+    double sum = 0, springs = 0, square = 0;
+    for_each_spring(network, [&](std::int32_t, std::int32_t, double stiffness, double length) {
         sum += length;
-        scales.spring_force = std::max(scales.spring_force, s.stiffness * length);
-    }
-    if (!network.springs.empty()) {
-        scales.spring_length = sum / static_cast<double>(network.springs.size());
+        ++springs;
+        scales.spring_force = std::max(scales.spring_force, stiffness * length);
+    });
+    if (springs > 0) {
+        scales.spring_length = sum / springs;
     }
     for (std::size_t c = 0; c < 3; ++c) {
         double low = std::numeric_limits<double>::infinity(), high = -low;

@@ -52,8 +52,11 @@ TYPED_TEST(SpringDamping, ForcesAgreeWithTheReference) {
     std::vector<Lattice> lattices = {Lattice::box(1, 1, 1, kCellSize), Lattice::box(17, 4, 7, kCellSize),
                                      testing::random_lattice(9, 8, 7, kCellSize, random, 0.4)};
     for (const Lattice& lattice : lattices) {
-        for (double ratio : {0.0, 1.0}) {
-            const Material material{1e4, 0.3, 1000, ratio};
+        for (const auto& [ratio, form] : {std::pair{0.0, SpringForm::nodes},
+                                          {1.0, SpringForm::nodes},
+                                          {0.0, SpringForm::means},
+                                          {1.0, SpringForm::means}}) {
+            const Material material = testing::with_springs_on(form, {1e4, 0.3, 1000, ratio});
             const reference::Body body = reference::assemble(lattice, material);
             const std::size_t nodes = body.rest.size();
             const auto u = testing::as_held<T>(testing::random_displacement(nodes, 0.1 * kCellSize, random));
@@ -73,7 +76,7 @@ TYPED_TEST(SpringDamping, ForcesAgreeWithTheReference) {
                         const auto found = read(dynamics, [&](const auto& out) { dynamics.get_effect_forces(out); });
                         const double limit = layout == "flat-rows" || sizeof(T) == 4 ? 5 : 25;
                         EXPECT_LE(testing::largest_difference(found, expected) / scale / kEpsilon<T>, limit)
-                            << layout << " " << name(set) << " A = " << ratio;
+                            << testing::describe(form) << layout << " " << name(set) << " A = " << ratio;
                     }
                 }
             }

@@ -128,30 +128,32 @@ TYPED_TEST(Stiffening, CoincidentEndsStayFinite) {
 TYPED_TEST(Stiffening, StepsAreThoseOfTheForces) {
     using T = TypeParam;
     const Lattice lattice = Lattice::box(4, 3, 5, kCellSize);
-    const Material material = stiffened(1, {1, 20}, 0.4);
-    const reference::Body body = reference::assemble(lattice, material);
-    testing::Random random(5);
-    const auto start = testing::as_held<T>(testing::random_displacement(body.rest.size(), 0.2 * kCellSize, random));
-    for (const std::string& layout : distinct_lattice_layouts()) {
-        PlanOptions options;
-        options.layout = layout;
-        ExplicitDynamics<T> dynamics(lattice, material, options);
-        const std::size_t nodes = dynamics.node_count();
-        const std::vector<T> at = testing::interleaved<T>(std::span<const Vector3d>(start));
-        dynamics.set_displacements(VectorField<const T>::aos(at.data(), nodes));
-        const double dt = 0.3 * dynamics.critical_time_step();
-        dynamics.step({dt}, 2);
-        std::vector<Vector3d> u = start, v(nodes, Vector3d::Zero());
-        for (int step = 0; step < 2; ++step) {
-            const std::vector<Vector3d> f = reference::forces(body, u);
-            for (std::size_t n = 0; n < nodes; ++n) {
-                v[n] += dt * f[n] / body.mass[n];
-                u[n] += dt * v[n];
+    for (const SpringForm form : testing::kSpringForms) {
+        const Material material = testing::with_springs_on(form, stiffened(1, {1, 20}, 0.4));
+        const reference::Body body = reference::assemble(lattice, material);
+        testing::Random random(5);
+        const auto start = testing::as_held<T>(testing::random_displacement(body.rest.size(), 0.2 * kCellSize, random));
+        for (const std::string& layout : distinct_lattice_layouts()) {
+            PlanOptions options;
+            options.layout = layout;
+            ExplicitDynamics<T> dynamics(lattice, material, options);
+            const std::size_t nodes = dynamics.node_count();
+            const std::vector<T> at = testing::interleaved<T>(std::span<const Vector3d>(start));
+            dynamics.set_displacements(VectorField<const T>::aos(at.data(), nodes));
+            const double dt = 0.3 * dynamics.critical_time_step();
+            dynamics.step({dt}, 2);
+            std::vector<Vector3d> u = start, v(nodes, Vector3d::Zero());
+            for (int step = 0; step < 2; ++step) {
+                const std::vector<Vector3d> f = reference::forces(body, u);
+                for (std::size_t n = 0; n < nodes; ++n) {
+                    v[n] += dt * f[n] / body.mass[n];
+                    u[n] += dt * v[n];
+                }
             }
+            std::vector<T> out(3 * nodes);
+            dynamics.get_displacements(VectorField<T>::aos(out.data(), nodes));
+            EXPECT_LE(testing::largest_difference(testing::vectors(out), u), 100 * kEpsilon<T> * kCellSize) << layout;
         }
-        std::vector<T> out(3 * nodes);
-        dynamics.get_displacements(VectorField<T>::aos(out.data(), nodes));
-        EXPECT_LE(testing::largest_difference(testing::vectors(out), u), 100 * kEpsilon<T> * kCellSize) << layout;
     }
 }
 
@@ -297,6 +299,10 @@ TEST(DerivedCases, LeaveOutWhatTheyMakeZero) {
     const PlanDescription network = ForcePlan<float>(Network::from_lattice(lattice, {1e4, 0.25, 1000, 0})).describe();
     EXPECT_EQ(network.springs, lattice.merged_springs(false).total());
     EXPECT_EQ(network.cells, 0u);
+    const Material means = testing::with_springs_on(SpringForm::means, {1e4, 0.25, 1000, 0});
+    const PlanDescription on_means = ForcePlan<float>(Network::from_lattice(lattice, means)).describe();
+    EXPECT_EQ(on_means.kernel.rfind("network_means<no face diagonals, no volume, ", 0), 0u) << on_means.kernel;
+    EXPECT_EQ(on_means.springs, springs_of(lattice, means).total());
 }
 
 } // namespace

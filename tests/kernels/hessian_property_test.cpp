@@ -27,7 +27,8 @@ TYPED_TEST_SUITE(HessianProperties, Precisions);
 
 const Material kMaterials[] = {{1e4, 0.45, 1000, 1, VolumeEnergy::quadratic},
                                {1e4, 0.0, 1000, 1, VolumeEnergy::mean_stretch},
-                               {1e4, 0.25, 1000, 0, VolumeEnergy::automatic}};
+                               {1e4, 0.25, 1000, 0, VolumeEnergy::automatic},
+                               {1e4, 0.45, 1000, 1, VolumeEnergy::quadratic, {}, SpringForm::means}};
 
 /// p . q and the sum of its terms' magnitudes.
 struct DotProduct {
@@ -205,38 +206,40 @@ TYPED_TEST(HessianProperties, PlacesWithoutANodeStayZero) {
     using T = TypeParam;
     testing::Random random(26);
     const Lattice lattice = testing::random_lattice(9, 6, 7, kCellSize, random, 0.7);
-    for (const std::string& layout : distinct_lattice_layouts()) {
-        PlanOptions options;
-        options.layout = layout;
-        const auto body = make_body<T>(lattice, kMaterials[1], options);
-        const std::size_t nodes = body->node_count();
-        const auto u = testing::interleaved<T>(testing::random_displacement(nodes, 0.2 * kCellSize, random));
-        const auto p = testing::interleaved<T>(testing::random_displacement(nodes, kCellSize, random));
-        State<T> state = body->make_state(false);
-        NodeField<T> direction, product;
-        AlignedArray<T> blocks[6];
-        Body<T>::allocate_like(state.displacement, direction);
-        body->write(VectorField<const T>::aos(u.data(), nodes), 1 / body->length_unit(), state.displacement);
-        body->write(VectorField<const T>::aos(p.data(), nodes), 1 / body->length_unit(), direction);
-        body->hessian_product(state, direction, product);
-        body->hessian_diagonal(state, blocks);
-        std::vector<bool> is_node(blocks[0].size(), false);
-        for (std::size_t n = 0; n < nodes; ++n) {
-            is_node[body->index_of(n)] = true;
-        }
-        std::size_t nonzero = 0;
-        for (std::size_t i = 0; i < is_node.size(); ++i) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                const Component<const T> values = component(std::as_const(product), c);
-                const T value = values.first[static_cast<std::ptrdiff_t>(i) * values.stride];
-                nonzero += value != T(0);
-                ASSERT_TRUE(is_node[i] || value == T(0)) << layout << " " << i;
+    for (const Material& material : {kMaterials[1], kMaterials[3]}) {
+        for (const std::string& layout : distinct_lattice_layouts()) {
+            PlanOptions options;
+            options.layout = layout;
+            const auto body = make_body<T>(lattice, material, options);
+            const std::size_t nodes = body->node_count();
+            const auto u = testing::interleaved<T>(testing::random_displacement(nodes, 0.2 * kCellSize, random));
+            const auto p = testing::interleaved<T>(testing::random_displacement(nodes, kCellSize, random));
+            State<T> state = body->make_state(false);
+            NodeField<T> direction, product;
+            AlignedArray<T> blocks[6];
+            Body<T>::allocate_like(state.displacement, direction);
+            body->write(VectorField<const T>::aos(u.data(), nodes), 1 / body->length_unit(), state.displacement);
+            body->write(VectorField<const T>::aos(p.data(), nodes), 1 / body->length_unit(), direction);
+            body->hessian_product(state, direction, product);
+            body->hessian_diagonal(state, blocks);
+            std::vector<bool> is_node(blocks[0].size(), false);
+            for (std::size_t n = 0; n < nodes; ++n) {
+                is_node[body->index_of(n)] = true;
             }
-            for (const AlignedArray<T>& entry : blocks) {
-                ASSERT_TRUE(is_node[i] || entry[i] == T(0)) << layout << " " << i;
+            std::size_t nonzero = 0;
+            for (std::size_t i = 0; i < is_node.size(); ++i) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const Component<const T> values = component(std::as_const(product), c);
+                    const T value = values.first[static_cast<std::ptrdiff_t>(i) * values.stride];
+                    nonzero += value != T(0);
+                    ASSERT_TRUE(is_node[i] || value == T(0)) << layout << " " << i;
+                }
+                for (const AlignedArray<T>& entry : blocks) {
+                    ASSERT_TRUE(is_node[i] || entry[i] == T(0)) << layout << " " << i;
+                }
             }
+            EXPECT_EQ(nonzero, 3 * nodes) << layout;
         }
-        EXPECT_EQ(nonzero, 3 * nodes) << layout;
     }
 }
 

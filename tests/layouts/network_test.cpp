@@ -72,6 +72,52 @@ TEST(Network, FromLatticeIsTheReferenceAssembly) {
     }
 }
 
+void expect_same_means(const reference::Body& body, const reference::Body& expected) {
+    std::map<std::pair<int, int>, double> diagonals;
+    for (const reference::Spring& s : expected.springs) {
+        diagonals[std::minmax(s.a, s.b)] = s.stiffness;
+    }
+    ASSERT_EQ(body.springs.size(), expected.springs.size());
+    for (const reference::Spring& s : body.springs) {
+        EXPECT_NEAR(s.stiffness, diagonals.at(std::minmax(s.a, s.b)), kTolerance * s.stiffness);
+    }
+    ASSERT_EQ(body.mean_springs.size(), expected.mean_springs.size());
+    for (std::size_t c = 0; c < body.mean_springs.size(); ++c) {
+        const reference::MeanSprings &found = body.mean_springs[c], &cell = expected.mean_springs[c];
+        EXPECT_EQ(found.nodes, cell.nodes);
+        const reference::HourglassStiffness &a = found.hourglass, &b = cell.hourglass;
+        for (const auto& [x, y] : {std::pair{found.cell_size, cell.cell_size},
+                                   {found.stiffness[0], cell.stiffness[0]},
+                                   {found.stiffness[1], cell.stiffness[1]},
+                                   {a.bending, b.bending},
+                                   {a.coupling, b.coupling},
+                                   {a.twisting, b.twisting},
+                                   {a.twist_sum, b.twist_sum}}) {
+            EXPECT_NEAR(x, y, kTolerance * std::abs(y));
+        }
+    }
+}
+
+TEST(Network, OfALatticeOnMeansIsCellsAlone) {
+    unsigned seed = 200;
+    for (const Material& m : materials()) {
+        const Material material = with_springs_on(SpringForm::means, m);
+        Random random(++seed);
+        SCOPED_TRACE("seed " + std::to_string(seed) + ", " + describe(material));
+        const Lattice lattice = random_lattice(4, 3, 2, 0.25, random, 0.4);
+        const Network network = Network::from_lattice(lattice, material);
+        EXPECT_NO_THROW(validate(network));
+        EXPECT_TRUE(network.springs.empty());
+        EXPECT_EQ(network.cells.size(), lattice.cell_count());
+        const reference::Body body = reference::assemble(network), expected = reference::assemble(lattice, material);
+        expect_same_means(body, expected);
+        ASSERT_EQ(body.cells.size(), expected.cells.size());
+        for (std::size_t c = 0; c < body.cells.size(); ++c) {
+            EXPECT_NEAR(body.cells[c].kappa, expected.cells[c].kappa, kTolerance * std::abs(body.cells[c].kappa));
+        }
+    }
+}
+
 TEST(Network, VolumeEnergyAutomaticAndNone) {
     const Lattice lattice = Lattice::box(2, 1, 1, 1);
     EXPECT_EQ(Network::from_lattice(lattice, {1e4, 0.4}).volume_energy, VolumeEnergy::quadratic);
@@ -135,6 +181,38 @@ TEST(Network, RefusesWhatIsOutOfRange) {
     with([](Network& n) { std::swap(n.cells[0].nodes[0], n.cells[0].nodes[7]); }, {"cell 0", "rest volume"});
     with([&](Network& n) { n.cells[0].kappa = nan; }, {"cell 0", "kappa", "finite"});
     with([](Network& n) { n.volume_energy = VolumeEnergy::automatic; }, {"volume_energy", "quadratic or mean_stretch"});
+    with([](Network& n) { n.cells[0].scale = -1; }, {"cell 0", "scale", "at least 0"});
+    with([](Network& n) { n.cells[0].scale = 1; }, {"cube_diagonal = 0", "above 0"});
+}
+
+TEST(Network, RefusesSpringsOnMeansOfWhatIsNoUprightCube) {
+    const Material material{.poisson_ratio = 0.4, .springs = SpringForm::means};
+    const Network good = Network::from_lattice(Lattice::box(1, 1, 1, 0.1), material);
+    const auto with = [&](auto change, std::initializer_list<const char*> parts) {
+        Network network = good;
+        change(network);
+        expect_refusal([&] { validate(network); }, parts);
+    };
+    with([](Network& n) { n.rest_positions[5][1] += 1e-6; }, {"cell 0", "cube", "along x, y and z"});
+    with(
+        [](Network& n) {
+            for (auto& x : n.rest_positions) {
+                x[2] *= 2;
+            }
+        },
+        {"cell 0", "cube"});
+    with([](Network& n) { n.cells[0].scale = std::numeric_limits<double>::infinity(); }, {"cell 0", "scale", "finite"});
+    with([](Network& n) { n.means.springs.edge = -1; }, {"means: edge = -1", "at least 0"});
+    with([](Network& n) { n.means.patterns.coupling = 1.5; }, {"coupling = 1.5", "-1 to 1"});
+    with([](Network& n) { n.volume_energy = VolumeEnergy::none; }, {"volume_energy", "quadratic or mean_stretch"});
+    Network springs_alone = good;
+    springs_alone.volume_energy = VolumeEnergy::none;
+    springs_alone.cells[0].kappa = 0;
+    EXPECT_NO_THROW(validate(springs_alone));
+    for (auto& x : springs_alone.rest_positions) {
+        x[0] += 1e3; // rounds by more than an epsilon of the edge
+    }
+    EXPECT_NO_THROW(validate(springs_alone));
 }
 
 } // namespace

@@ -323,7 +323,7 @@ TEST_P(PackedXyzwLanes, HoldsEverySpringAndCellOnceUnderTheCallersNumbers) {
         const CellRun& run = layout.cell_runs[r];
         for (std::size_t position = 0; position < kBlockItems; ++position) {
             Corners corners{};
-            corners[8] = layout.kappas[run.kappa].lane[position];
+            corners[8] = layout.kappas[run.weights].lane[position];
             const auto lane = static_cast<std::int32_t>(lane_of_row(position, GetParam()));
             for (std::size_t c = 0; corners[8] != 0 && c < 8; ++c) {
                 corners[c] = caller(run.node[c] + 4 * lane);
@@ -348,6 +348,17 @@ TEST(PackedXyzw, KeepsTheOrderOfALatticeAndIsAllRuns) {
     EXPECT_LE(layout.spring_run_shapes.size(), 13u);
     EXPECT_LT(layout.stiffnesses.size() * 20, layout.spring_runs.size());
     EXPECT_LT(layout.color_begin.size() - 1, 16u);
+}
+
+TEST(PackedXyzw, HoldsCellsOnMeansInRuns) {
+    const Network network =
+        Network::from_lattice(Lattice::box(24, 24, 24, 0.5), {.poisson_ratio = 0.4, .springs = SpringForm::means});
+    const PackedXyzw<float> layout(network);
+    EXPECT_TRUE(layout.order.empty());
+    EXPECT_EQ(layout.cells.size() + layout.cell_runs.size() + layout.springs.size() + layout.spring_runs.size(), 0u);
+    EXPECT_LT(static_cast<double>(layout.means.runs.size() * kBlockItems), 1.2 * 24 * 24 * 24);
+    EXPECT_LT(static_cast<double>(layout.means.blocks.size() * kBlockItems), 0.02 * 24 * 24 * 24);
+    EXPECT_EQ(layout.means.run_shapes.size(), 1u);
 }
 
 TEST(PackedXyzw, FillsTheBlocksOfABodyWithoutRuns) {

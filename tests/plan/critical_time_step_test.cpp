@@ -64,6 +64,26 @@ TEST(CriticalTimeStep, EstimateMeetsTheDenseEigenvalue) {
     }
 }
 
+/// As networks, whose cells share no springs: what is largest of one cell decides likewise.
+TEST(CriticalTimeStep, OfSpringsOnMeansIsTheLattices) {
+    for (const Lattice& lattice : {Lattice::box(4, 3, 2, 0.5), masked()}) {
+        for (Material of : {material(0.25, 1), material(0.49, 0), material(-0.3, 0.1)}) {
+            of.springs = SpringForm::means;
+            const ForcePlan<double> network(Network::from_lattice(lattice, of));
+            const double of_lattice = ForcePlan<double>(lattice, of).critical_time_step();
+            const std::vector<Eigen::Vector3d> rest(network.node_count(), Eigen::Vector3d::Zero());
+            EXPECT_LE(network.critical_time_step(), (1 + 1e-9) * dense_step(lattice, of, rest));
+            EXPECT_GE(network.critical_time_step(), (1 - 1e-9) * of_lattice);
+        }
+    }
+    Material of = material(0.49, 0);
+    of.springs = SpringForm::means;
+    const Lattice box = Lattice::box(4, 3, 2, 0.5);
+    EXPECT_NEAR(ForcePlan<double>(Network::from_lattice(box, of)).critical_time_step() /
+                    ForcePlan<double>(box, of).critical_time_step(),
+                1, 1e-9);
+}
+
 /// The largest speed after many steps, by that at the start.
 double growth(const Lattice& lattice, double time_step) {
     ExplicitDynamics<double> body(lattice, material(0.3, 1));

@@ -28,9 +28,11 @@ constexpr long kSteps = 200;
 #endif
 
 template <class T>
-std::uint64_t bits(const Lattice& lattice, const PlanOptions& options, long steps, int expected_threads) {
+std::uint64_t bits(const Lattice& lattice, const PlanOptions& options, long steps, int expected_threads,
+                   SpringForm springs = SpringForm::nodes) {
     Material material;
     material.poisson_ratio = 0.4;
+    material.springs = springs;
     ExplicitDynamics<T> body(lattice, material, options);
     EXPECT_EQ(body.describe().threads, expected_threads);
     EXPECT_EQ(body.describe().instruction_set, options.instruction_set);
@@ -82,15 +84,17 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfALyingBar) {
 TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfANetwork) {
     for (const std::string& layout : network_layouts()) {
         for (InstructionSet set : available_instruction_sets()) {
-            PlanOptions options;
-            options.layout = layout;
-            options.instruction_set = set;
-            options.threads = 1;
-            const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, kSteps / 2, 1);
-            for (int threads : {2, 3, 8}) {
-                options.threads = threads;
-                EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, kSteps / 2, threads), one)
-                    << layout << " " << threads;
+            for (SpringForm form : {SpringForm::nodes, SpringForm::means}) {
+                PlanOptions options;
+                options.layout = layout;
+                options.instruction_set = set;
+                options.threads = 1;
+                const std::uint64_t one = bits<TypeParam>(eight_slabs(), options, kSteps / 2, 1, form);
+                for (int threads : {2, 3, 8}) {
+                    options.threads = threads;
+                    EXPECT_EQ(bits<TypeParam>(eight_slabs(), options, kSteps / 2, threads, form), one)
+                        << layout << " " << threads << " " << (form == SpringForm::means ? "means" : "nodes");
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 // Compiled once for each instruction set: forces, steps and energies of lattices with springs on means.
 #include "kernels/compiled_set.hpp"
 #include "kernels/lattice/lattice_hessian.hpp"
-#include "kernels/lattice/mean_cell.hpp"
+#include "kernels/means/mean_cell.hpp"
 
 namespace hybmss::kernels {
 namespace {
@@ -22,7 +22,7 @@ HYBMSS_INLINE void sweep_mean_cells(const LatticeLayer<Scalar<V>>& layer, const 
     load_corners<V>(layer, at, u);
     const V k = load_lanes<V>(layer.stiffness[6] + at.low);
     const CornerForces<V> force =
-        mean_cell_forces<face_diagonals, volume, accuracy>(u, k, layer.volume_ratio, layer.means);
+        mean_cell_forces<face_diagonals, volume, accuracy>(u, k, k * splat<V>(layer.volume_ratio), layer.means);
     const Vector3<V>(&f)[4] = force.odd, (&n)[4] = force.even;
     // Corners 4 to 7 with the sign reversed.
     const Vector3<V> minus_f6 = f[1] + n[1], minus_f7 = next_column(f[0] + n[0], carry.high_y);
@@ -94,8 +94,7 @@ LayerEnergy mean_energy(const LatticeLayer<Scalar<V>>& layer) {
         const V k = load_lanes<V>(layer.stiffness[6] + at.low);
         energy.springs += sum_in_double(mean_cell_energy<face_diagonals>(u, k, layer.means));
         if constexpr (volume != Volume::none) {
-            const V dilation = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]).dilation;
-            energy.volume += sum_in_double(k * splat<V>(layer.volume_ratio) * volume_energy<volume>(dilation));
+            energy.volume += sum_in_double(mean_cell_volume_energy<volume>(u, k * splat<V>(layer.volume_ratio)));
         }
     }
     return energy;

@@ -1,6 +1,6 @@
 #pragma once
 
-// A vector of lattice cells whose edges and face diagonals lie on the cell's means (SpringForm::means): displacements
+// A vector of cells whose edges and face diagonals lie on the cell's means (SpringForm::means): displacements
 // taken apart, and what acts on the parts.
 //
 // With A = 4a, B = 4b, C = 4c, the sums of four parallel edges, and G_i = 8 g_i, the patterns of PatternConstants, a
@@ -136,9 +136,10 @@ HYBMSS_INLINE void corner_sums(const Vector3<V>& n1, const Vector3<V>& n2, const
     n[3] = n3 - (n1 + n2);
 }
 
-/// Forces of a vector of cells. Units: lengths h, stiffness k h, so forces are in N; `k` is the cube diagonals'.
+/// Forces of a vector of cells. Units: lengths h, stiffness k h, so forces are in N; `k` is the cube diagonals',
+/// `kappa` the volume's, kappa h^2 / 32.
 template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
-HYBMSS_INLINE CornerForces<V> mean_cell_forces(const Vector3<V> (&u)[8], V k, Scalar<V> volume_ratio,
+HYBMSS_INLINE CornerForces<V> mean_cell_forces(const Vector3<V> (&u)[8], V k, V kappa,
                                                const MeanConstants<Scalar<V>>& constants) {
     const CellParts<V> change = cell_parts(u);
     const Vector3<V>(&d)[4] = change.diagonal;
@@ -181,7 +182,7 @@ HYBMSS_INLINE CornerForces<V> mean_cell_forces(const Vector3<V> (&u)[8], V k, Sc
     Vector3<V> with_a = fa, along = fb + fc, against = fc - fb;
     if constexpr (volume != Volume::none) {
         const CellVolume<V> cell = cell_volume(d[0], d[1], d[2], d[3]);
-        const V pressure = k * splat<V>(volume_ratio) * volume_slope<volume>(cell.dilation);
+        const V pressure = kappa * volume_slope<volume>(cell.dilation);
         with_a = multiply_add(pressure, cell.st, with_a);
         along = multiply_add(pressure, cell.ta, along);
         against = multiply_add(pressure, cell.as, against);
@@ -193,7 +194,12 @@ HYBMSS_INLINE CornerForces<V> mean_cell_forces(const Vector3<V> (&u)[8], V k, Sc
     return force;
 }
 
-/// The energy of a vector of cells' springs and patterns, in units of force times h.
+/// The energy of a vector of cells' springs and patterns, in units of force times h, and that of their volumes, of 32
+/// times the same.
+template <Volume volume, class V>
+HYBMSS_INLINE V mean_cell_volume_energy(const Vector3<V> (&u)[8], V kappa) {
+    return kappa * volume_energy<volume>(cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]).dilation);
+}
 template <bool face_diagonals, class V>
 HYBMSS_INLINE V mean_cell_energy(const Vector3<V> (&u)[8], V k, const MeanConstants<Scalar<V>>& constants) {
     const auto number = [](double value) { return splat<V>(static_cast<Scalar<V>>(value)); };
