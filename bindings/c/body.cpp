@@ -1,9 +1,11 @@
 #include "bindings/c/body.hpp"
 
 #include "bindings/c/status.hpp"
+#include "layouts/messages.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -77,12 +79,17 @@ Network network_of(const hybmss_network& given) {
         network.springs.push_back({spring.a, spring.b, spring.stiffness, vector_at(spring.rest_vector)});
     }
     for (std::size_t c = 0; c < given.cell_count; ++c) {
-        Network::Cell cell{{}, given.cells[c].kappa};
+        Network::Cell cell{{}, given.cells[c].kappa, 0};
         std::copy_n(given.cells[c].nodes, 8, cell.nodes.begin());
         network.cells.push_back(cell);
     }
-    validate(network);
     return network;
+}
+
+hybmss_body* body_of(Network&& network) {
+    validate(network);
+    const std::size_t nodes = network.masses.size();
+    return new hybmss_body{std::move(network), nodes};
 }
 
 } // namespace
@@ -118,8 +125,32 @@ hybmss_status hybmss_network_create(const hybmss_network* network, hybmss_body**
     return guarded([&] {
         require(body, "body");
         require(network, "network");
+        *body = body_of(network_of(*network));
+    });
+}
+
+hybmss_status hybmss_network_create_on_means(const hybmss_network* network, const hybmss_material* material,
+                                             double cell_size, const double* scales, size_t scale_count,
+                                             hybmss_body** body) {
+    return guarded([&] {
+        require(body, "body");
+        require(network, "network");
+        require(scales, "scales", scale_count);
+        require_count(scale_count, network->cell_count, "scales");
+        const Material checked = c_interface::material(material);
+        if (!(cell_size > 0) || !std::isfinite(cell_size)) {
+            refuse_value("cell_size", cell_size, "finite and above 0");
+        }
+        if (checked.crush.any()) {
+            throw std::invalid_argument("crush resistance given for a network: lattices alone have it");
+        }
         Network made = network_of(*network);
-        *body = new hybmss_body{std::move(made), network->node_count};
+        made.means = {spring_constants(checked, cell_size), pattern_constants(checked, cell_size)};
+        made.stiffening = checked.stiffening;
+        for (std::size_t c = 0; c < scale_count; ++c) {
+            made.cells[c].scale = scales[c];
+        }
+        *body = body_of(std::move(made));
     });
 }
 

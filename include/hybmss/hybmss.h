@@ -85,7 +85,7 @@ enum {
 typedef int32_t hybmss_springs;
 enum {
     HYBMSS_SPRINGS_NODES = 0, /* between nodes */
-    HYBMSS_SPRINGS_MEANS = 1  /* on the means of each cell (HybMSS-M); of lattices alone */
+    HYBMSS_SPRINGS_MEANS = 1  /* on the means of each cell (HybMSS-M) */
 };
 
 typedef struct hybmss_material {
@@ -141,6 +141,13 @@ typedef struct hybmss_network {
 } hybmss_network;
 
 HYBMSS_EXPORT hybmss_status hybmss_network_create(const hybmss_network* network, hybmss_body** body);
+/* With cells that have springs on their means (HybMSS-M), cubes with edges along x, y and z: so many times those that a
+ * cube of `material` with edges of `cell_size` m has, by `scales`, one a cell, finite and >= 0; 0: a volume alone. Of
+ * the material nothing else counts but how all springs stiffen. Where every kappa is 0, volume_energy may be none. */
+HYBMSS_EXPORT hybmss_status hybmss_network_create_on_means(const hybmss_network* network,
+                                                           const hybmss_material* material, double cell_size,
+                                                           const double* scales, size_t scale_count,
+                                                           hybmss_body** body);
 HYBMSS_EXPORT void hybmss_body_destroy(hybmss_body* body);
 
 HYBMSS_EXPORT hybmss_status hybmss_body_node_count(const hybmss_body* body, size_t* count);

@@ -144,6 +144,56 @@ static void networks(void) {
     hybmss_body_destroy(body);
 }
 
+/* One cube on means: the same forces as a network and as a lattice. */
+static void networks_on_means(void) {
+    const int32_t one[3] = {1, 1, 1};
+    hybmss_cell cell = {{0, 1, 2, 3, 4, 5, 6, 7}, 0};
+    double positions[24], masses[8], u[24], f[24] = {0}, expected[24] = {0}, scale = 1;
+    hybmss_network network = {NULL, NULL, 8, NULL, 0, NULL, 1, HYBMSS_VOLUME_NONE};
+    hybmss_material material = hybmss_default_material(); /* nu = 1/4: kappa = 0 */
+    const hybmss_const_field displacements = hybmss_const_double_field(u, 8, 3);
+    const hybmss_field forces = hybmss_double_field(f, 8, 3), wanted = hybmss_double_field(expected, 8, 3);
+    hybmss_body *lattice = NULL, *body = NULL;
+    hybmss_plan* plan;
+    size_t i;
+
+    material.springs = HYBMSS_SPRINGS_MEANS;
+    OK(hybmss_lattice_create(one, 0.5, NULL, 0, &material, &lattice));
+    OK(hybmss_body_rest_positions(lattice, positions, 24));
+    for (i = 0; i < 8; ++i) {
+        masses[i] = 1;
+    }
+    network.rest_positions = positions;
+    network.masses = masses;
+    network.cells = &cell;
+    REFUSED(hybmss_network_create_on_means(NULL, &material, 0.5, &scale, 1, &body), "network is null");
+    REFUSED(hybmss_network_create_on_means(&network, NULL, 0.5, &scale, 1, &body), "material is null");
+    REFUSED(hybmss_network_create_on_means(&network, &material, 0, &scale, 1, &body), "cell_size = 0");
+    REFUSED(hybmss_network_create_on_means(&network, &material, 0.5, NULL, 1, &body), "scales is null");
+    REFUSED(hybmss_network_create_on_means(&network, &material, 0.5, &scale, 2, &body), "scales");
+    scale = -1;
+    REFUSED(hybmss_network_create_on_means(&network, &material, 0.5, &scale, 1, &body), "cell 0");
+    scale = 1;
+    positions[0] = 0.1;
+    REFUSED(hybmss_network_create_on_means(&network, &material, 0.5, &scale, 1, &body), "cube");
+    positions[0] = 0;
+    EXPECT(body == NULL);
+
+    OK(hybmss_network_create_on_means(&network, &material, 0.5, &scale, 1, &body));
+    fill(u, 24);
+    plan = plan_of(body, HYBMSS_DOUBLE);
+    OK(hybmss_plan_add_forces(plan, &displacements, &forces));
+    hybmss_plan_destroy(plan);
+    plan = plan_of(lattice, HYBMSS_DOUBLE);
+    OK(hybmss_plan_add_forces(plan, &displacements, &wanted));
+    hybmss_plan_destroy(plan);
+    for (i = 0; i < 24; ++i) {
+        EXPECT(fabs(f[i] - expected[i]) < 1e-10 && fabs(f[i]) > 1e-3);
+    }
+    hybmss_body_destroy(body);
+    hybmss_body_destroy(lattice);
+}
+
 /* Interleaved, separate and mapped memory give the same forces, in float and double. */
 static void layouts(void) {
     hybmss_body* body = box();
@@ -533,6 +583,7 @@ int main(void) {
     EXPECT(strcmp(hybmss_version(), version) == 0);
     bodies();
     networks();
+    networks_on_means();
     layouts();
     second_derivatives();
     refused_fields();

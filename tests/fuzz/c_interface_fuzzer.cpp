@@ -175,8 +175,20 @@ private:
                                         cells.size(),
                                         a_.seldom() ? a_.any<std::int32_t>() : a_.below(4)};
         hybmss_body* body = nullptr;
-        const hybmss_status status = hybmss_network_create(a_.seldom() ? nullptr : &network, &body);
-        keep_body(status, body);
+        const hybmss_network* const given = a_.seldom() ? nullptr : &network;
+        if (a_.below(2) == 0) {
+            keep_body(hybmss_network_create(given, &body), body);
+            return;
+        }
+        std::vector<double> scales;
+        for (std::size_t c = 0; c < cells.size(); ++c) {
+            scales.push_back(a_.seldom() ? a_.number() : a_.below(3));
+        }
+        const hybmss_material material = a_.material();
+        const double cell_size = a_.seldom() ? a_.number() : 1;
+        keep_body(hybmss_network_create_on_means(given, a_.seldom() ? nullptr : &material, cell_size,
+                                                 a_.seldom() ? nullptr : scales.data(), scales.size(), &body),
+                  body);
     }
 
     void make_plan() {
