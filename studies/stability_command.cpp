@@ -115,7 +115,7 @@ void add_stability_command(CLI::App& app) {
     command->add_flag("--map", arguments->map, "where the homogeneous lattice is stable, over nu, A and stretch");
     command->add_flag("--integrators", arguments->integrators, "error against step size of each time integrator");
     command->add_option("--filter", arguments->filter, "only cases with this text in their names");
-    command->add_option("--springs", arguments->springs, "of the cases' lattices: nodes or means")
+    command->add_option("--springs", arguments->springs, "of the cases' bodies: nodes or means")
         ->check(CLI::IsMember({"nodes", "means"}))
         ->capture_default_str();
     command->add_flag("--quick", arguments->quick, "only the cases that the tests run too");

@@ -58,7 +58,7 @@ void require(bool good, const std::string& reason);
 Outcome right(std::string how);
 Outcome error(std::string how);
 
-/// Every case there is, in the order of the table, of lattices with such springs; networks have theirs between nodes.
+/// Every case there is, in the order of the table, of bodies with such springs.
 std::vector<HardCase> hard_cases(SpringForm springs);
 
 // The cases by subject: each appends its own.
