@@ -107,7 +107,7 @@ TEST(Preconditioners, CyclesInFloatPreconditionDouble) {
     const Lattice lattice = Lattice::box(14, 12, 10, 0.1);
     for (const double nu : {0.25, 0.499}) {
         int iterations = 0;
-        for (const double modulus : {1e4, 1e-6, 1e17}) {
+        for (const double modulus : {1e4, 1e-40, 1e17}) {
             EquilibriumSolver<double> solver(lattice, {.young_modulus = modulus, .poisson_ratio = nu});
             std::vector<double> u(3 * solver.node_count(), 0.0);
             EquilibriumOptions options;
