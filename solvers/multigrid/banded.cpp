@@ -106,7 +106,6 @@ void Banded<T>::update(const Potential<T>& potential) {
     const Component<const T> component_of[3] = {component(u, 0), component(u, 1), component(u, 2)};
     const std::span<const std::uint8_t> held = potential.held();
     CellMatrixOf<double> matrix;
-    CellShape shape;
     for (const Cell& cell : cells_) {
         double displacement[8][3];
         for (std::size_t a = 0; a < 8; ++a) {
@@ -115,7 +114,7 @@ void Banded<T>::update(const Potential<T>& potential) {
                 displacement[a][c] = unit_ * static_cast<double>(component_of[c].first[place * component_of[c].stride]);
             }
         }
-        stiffness_.evaluate(displacement, cell.scale, matrix, shape);
+        stiffness_.evaluate(displacement, cell.scale, matrix);
         for (std::size_t a = 0; a < 8; ++a) {
             for (std::size_t b = 0; b < 8; ++b) {
                 const std::size_t i = 3 * static_cast<std::size_t>(number_[cell.nodes[a]]),

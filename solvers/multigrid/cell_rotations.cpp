@@ -1,48 +1,34 @@
 #include "solvers/multigrid/cell_rotations.hpp"
 
-#include <algorithm>
+#include "solvers/newton/preconditioner.hpp"
 
 namespace hybmss {
 
-CellRotations::CellRotations(const PaddedGrid& grid) : grid_(grid), present_(grid.size(), 0) {
-    for (std::size_t e = 0; e < 9; ++e) {
-        gradient_[e].assign(grid.size(), e % 4 == 0 ? 1.0f : 0.0f);
-    }
+CellRotations::CellRotations(const CellGradients& gradients) : gradients_(&gradients) {
     for (auto& entries : inverse_) {
-        entries.assign(grid.size(), 0.0f);
+        entries.assign(gradients.grid().size(), 0.0f);
     }
 }
 
-void CellRotations::spread() {
-    for_each_place({-1, -1, -1}, grid_.cells, [&](int i, int j, int k) {
-        const std::size_t cell = grid_.index(i, j, k);
-        if (present_[cell]) {
-            return;
+void CellRotations::invert(std::size_t cell, std::size_t count, const Lanes (&stiffness)[6], double smallest) {
+    for (std::size_t lane = 0; lane < count; ++lane) {
+        std::array<double, 6> entries;
+        for (std::size_t e = 0; e < 6; ++e) {
+            entries[e] = static_cast<double>(stiffness[e][lane]);
         }
-        float sum[9] = {}, count = 0;
-        for_each_place(
-            {std::max(i - 1, -1), std::max(j - 1, -1), std::max(k - 1, -1)},
-            {std::min(i + 1, grid_.cells[0]), std::min(j + 1, grid_.cells[1]), std::min(k + 1, grid_.cells[2])},
-            [&](int x, int y, int z) {
-                const std::size_t other = grid_.index(x, y, z);
-                if (present_[other]) {
-                    count += 1;
-                    for (std::size_t e = 0; e < 9; ++e) {
-                        sum[e] += gradient_[e][other];
-                    }
-                }
-            });
-        for (std::size_t e = 0; e < 9; ++e) {
-            gradient_[e][cell] = count > 0 ? sum[e] / count : (e % 4 == 0 ? 1.0f : 0.0f);
+        const std::array<double, 6> inverse = bounded_pseudoinverse(entries, smallest);
+        for (std::size_t e = 0; e < 6; ++e) {
+            inverse_[e][cell + lane] = static_cast<float>(inverse[e]);
         }
-    });
+    }
 }
 
 // C^T r = sum over corners of s_a x (F^T r_a) = (T_y z - T_z y, ...),  T_e = F^T sum s_a[e] r_a
 void CellRotations::add_correction(const GridVector& r, GridVector& z, const Workers& workers) const {
-    const std::size_t length = grid_.index(grid_.cells[0], grid_.cells[1], 0) - grid_.index(-1, -1, 0) + 1;
+    const PaddedGrid& grid = gradients_->grid();
+    const std::size_t length = grid.index(grid.cells[0], grid.cells[1], 0) - grid.index(-1, -1, 0) + 1;
     const auto layer = [&](int k, std::vector<float>& scratch) {
-        const std::size_t first = grid_.index(-1, -1, k);
+        const std::size_t first = grid.index(-1, -1, k);
         scratch.resize(9 * length);
         float* out[9];
         for (std::size_t e = 0; e < 9; ++e) {
@@ -51,7 +37,7 @@ void CellRotations::add_correction(const GridVector& r, GridVector& z, const Wor
         for (std::size_t c = 0; c < 3; ++c) {
             const float* at[8];
             for (std::size_t corner = 0; corner < 8; ++corner) {
-                at[corner] = r.c[c].data() + first + grid_.corner_offset(corner);
+                at[corner] = r.c[c].data() + first + grid.corner_offset(corner);
             }
             float *x = out[c], *y = out[3 + c], *w = out[6 + c];
             for (std::size_t n = 0; n < length; ++n) {
@@ -66,7 +52,7 @@ void CellRotations::add_correction(const GridVector& r, GridVector& z, const Wor
         }
         const float *F[9], *G[6];
         for (std::size_t e = 0; e < 9; ++e) {
-            F[e] = gradient_[e].data() + first;
+            F[e] = gradients_->entries()[e].data() + first;
         }
         for (std::size_t e = 0; e < 6; ++e) {
             G[e] = inverse_[e].data() + first;
@@ -90,7 +76,7 @@ void CellRotations::add_correction(const GridVector& r, GridVector& z, const Wor
         for (std::size_t corner = 0; corner < 8; ++corner) {
             const float sx = corner & 1 ? 1.0f : -1.0f, sy = corner & 2 ? 1.0f : -1.0f, sz = corner & 4 ? 1.0f : -1.0f;
             for (std::size_t c = 0; c < 3; ++c) {
-                float* to = z.c[c].data() + first + grid_.corner_offset(corner);
+                float* to = z.c[c].data() + first + grid.corner_offset(corner);
                 const float *x = out[c], *y = out[3 + c], *w = out[6 + c];
                 for (std::size_t n = 0; n < length; ++n) {
                     to[n] += sx * x[n] + sy * y[n] + sz * w[n];
@@ -99,7 +85,7 @@ void CellRotations::add_correction(const GridVector& r, GridVector& z, const Wor
         }
     };
     // A layer of cells writes two planes of nodes: every other layer at a time.
-    const auto layers = static_cast<std::size_t>(grid_.cells[2] + 2);
+    const auto layers = static_cast<std::size_t>(grid.cells[2] + 2);
     for (std::size_t parity = 0; parity < 2; ++parity) {
         workers.run((layers + 1 - parity) / 2, [&](std::size_t piece, std::size_t) {
             thread_local std::vector<float> scratch;

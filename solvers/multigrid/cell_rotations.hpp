@@ -1,12 +1,25 @@
 #pragma once
 
 #include "plan/threads/workers.hpp"
-#include "solvers/multigrid/padded_grid.hpp"
+#include "solvers/multigrid/cell_gradients.hpp"
+#include "solvers/multigrid/lanes.hpp"
 
 #include <array>
 #include <vector>
 
 namespace hybmss {
+
+/// visit(place, count) for a layer of cells and of those outside around it, up to kLanes neighbours at a time.
+template <class Visit>
+void for_each_lanes(const PaddedGrid& grid, int k, const Visit& visit) {
+    const auto row = static_cast<std::size_t>(grid.cells[0] + 2);
+    for (int j = -1; j <= grid.cells[1]; ++j) {
+        const std::size_t first = grid.index(-1, j, k);
+        for (std::size_t i = 0; i < row; i += kLanes) {
+            visit(first + i, row - i < kLanes ? row - i : kLanes);
+        }
+    }
+}
 
 /// A correction in the space of the cells' rotations: fields that turn the corners of one cell about its centre,
 ///
@@ -18,26 +31,19 @@ namespace hybmss {
 /// Numer. Anal. 36, 1998, and of Schoeberl's for nearly incompressible solids, Numer. Math. 84, 1999).
 class CellRotations {
 public:
-    explicit CellRotations(const PaddedGrid& grid);
+    /// About these gradients, spread() to void cells, which are kept by reference.
+    explicit CellRotations(const CellGradients& gradients);
 
-    /// F by rows at each cell of the padded grid: set where there is a cell, then spread() to those that touch one.
-    std::array<std::vector<float>, 9>& gradient() { return gradient_; }
-    const std::array<std::vector<float>, 9>& gradient() const { return gradient_; }
-    std::vector<unsigned char>& present() { return present_; }
-    const std::vector<unsigned char>& present() const { return present_; }
-    /// Gives void cells next to present ones the mean gradient of those; all others unity.
-    void spread();
-    /// The inverse of a cell's stiffness against its three rotations: xx, xy, xz, yy, yz, zz.
-    std::array<std::vector<float>, 6>& inverse() { return inverse_; }
+    /// Takes what turning the cells costs, `count` of them from a place on: xx, xy, xz, yy, yz, zz. Directions below
+    /// `smallest` of the stiffest are left alone.
+    void invert(std::size_t cell, std::size_t count, const Lanes (&stiffness)[6], double smallest);
 
     /// z += sum over cells of C_c inverse_c C_c^T r
     void add_correction(const GridVector& r, GridVector& z, const Workers& workers) const;
 
 private:
-    PaddedGrid grid_;
-    std::array<std::vector<float>, 9> gradient_;
+    const CellGradients* gradients_;
     std::array<std::vector<float>, 6> inverse_;
-    std::vector<unsigned char> present_;
 };
 
 } // namespace hybmss

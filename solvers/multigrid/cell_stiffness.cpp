@@ -32,6 +32,14 @@ double quadratic_form(const CellMatrixOf<S>& matrix, const double (&v)[8][3]) {
     return sum;
 }
 
+/// K - c g g^T is positive semidefinite up to c = 1 / (g . K^+ g); with the dilation v, K v is along g at rest, and the
+/// bound is v . K v / (g . v)^2.
+template <class S>
+S convex_bound(S of_dilation, S along) {
+    constexpr S kMargin = S(0.9);
+    return along * along > S(1e-6) ? kMargin * of_dilation / (along * along) : 0;
+}
+
 /// phi''(J) of a volume energy at J = 1 + j; see VolumeEnergy.
 double volume_curvature(VolumeEnergy energy, double j) {
     if (energy == VolumeEnergy::quadratic) {
@@ -189,12 +197,81 @@ void CellStiffness::add_mean_springs(const double (&u)[8][3], double scale, Cell
     add_square(patterns_.joint_twist, together);
 }
 
+std::size_t spring_direction(std::size_t a, std::size_t b) {
+    std::size_t code = 0;
+    for (const std::size_t axis : {2u, 1u, 0u}) {
+        code = 3 * code + 1 + (b >> axis & 1) - (a >> axis & 1);
+    }
+    return code > 13 ? code - 14 : 12 - code;
+}
+
+Lanes CellStiffness::evaluate_volume(const Lanes (&F)[9], const Lanes& scale, Lanes (&area)[9]) const {
+    for (std::size_t e = 0; e < 3; ++e) {
+        const std::size_t f = (e + 1) % 3, g = (e + 2) % 3;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t d = (c + 1) % 3, h = (c + 2) % 3;
+            area[3 * e + c] = F[3 * d + f] * F[3 * h + g] - F[3 * h + f] * F[3 * d + g];
+        }
+    }
+    const Lanes volume = F[0] * area[0] + F[3] * area[1] + F[6] * area[2];
+    Lanes stiffness{};
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const auto ratio = static_cast<double>(volume[lane]);
+        const double crushed = 2 * crush_ * std::max(crush_ratio_ - ratio, 0.0);
+        stiffness[lane] = static_cast<float>(kappa_ * volume_curvature(volume_energy_, ratio - 1) + crushed);
+    }
+    return scale * stiffness;
+}
+
+void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, CellTangents& tangents) const {
+    Lanes along_dilation{}; // v . K v with the dilation v of the cell: sum over its springs of d . A d
+    for (std::size_t n = 0; n < kSpringDirections; ++n) {
+        const std::size_t code = n + 14;
+        const float s[3] = {static_cast<float>(code % 3) - 1, static_cast<float>(code / 3 % 3) - 1,
+                            static_cast<float>(code / 9) - 1};
+        const auto axes = static_cast<std::size_t>(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+        Lanes d[3], square{}, across, along;
+        for (std::size_t c = 0; c < 3; ++c) {
+            d[c] = s[0] * F[3 * c] + s[1] * F[3 * c + 1] + s[2] * F[3 * c + 2];
+            square += d[c] * d[c];
+        }
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            const float bounded = std::max(square[lane], 1e-6f);
+            const float t = 1 - std::sqrt(static_cast<float>(axes) / bounded);
+            across[lane] = std::max(t, 0.0f);
+            along[lane] = std::min(1 - t, 1.0f) / bounded;
+        }
+        const Lanes k = static_cast<float>(share_[axes]) * scale;
+        across *= k;
+        along *= k;
+        std::size_t entry = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = i; j < 3; ++j) {
+                tangents.spring[n][entry++] = i == j ? along * d[i] * d[j] + across : along * d[i] * d[j];
+            }
+        }
+        const float springs = axes == 1 ? 4 : axes == 2 ? 2 : 1; // along the same direction
+        along_dilation += springs * (along * square + across) * square;
+    }
+    tangents.volume_stiffness = evaluate_volume(F, scale, tangents.area);
+    tangents.has_volume = false;
+    const Lanes volume = F[0] * tangents.area[0] + F[3] * tangents.area[1] + F[6] * tangents.area[2];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const float stiffness = tangents.volume_stiffness[lane];
+        if (stiffness < 0) {
+            tangents.volume_stiffness[lane] =
+                std::max(stiffness, -convex_bound(along_dilation[lane], 3 * volume[lane]));
+        }
+        tangents.has_volume = tangents.has_volume || stiffness != 0;
+    }
+}
+
 void CellStiffness::springs_at_rest(CellMatrix& matrix) const {
     set_springs({}, 1, matrix);
 }
 
 template <class S>
-void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf<S>& matrix, CellShape& shape) const {
+void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf<S>& matrix) const {
     set_springs(u, scale, matrix);
     double edges[9]; // a, b, c
     for (unsigned e = 0; e < 3; ++e) {
@@ -204,17 +281,12 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf
                 change += side(corner, e) / 4 * u[corner][c];
             }
             edges[3 * e + c] = change + (e == c ? 1 : 0);
-            shape.gradient[3 * c + e] = static_cast<float>(edges[3 * e + c]);
         }
     }
     double area[9];
     for (std::size_t e = 0; e < 3; ++e) {
         cross(edges + 3 * ((e + 1) % 3), edges + 3 * ((e + 2) % 3), area + 3 * e);
     }
-    for (std::size_t e = 0; e < 9; ++e) {
-        shape.area[e] = static_cast<float>(area[e]);
-    }
-    shape.volume_stiffness = 0;
     if ((volume_energy_ == VolumeEnergy::none || kappa_ == 0) && crush_ == 0) {
         return;
     }
@@ -232,8 +304,6 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf
         }
     }
     if (stiffness < 0) {
-        // K - c g g^T is positive semidefinite up to c = 1 / (g . K^+ g); with the dilation v, K v is along g at rest,
-        // and the bound is v . K v / (g . v)^2.
         double v[8][3], along = 0;
         for (unsigned corner = 0; corner < 8; ++corner) {
             for (unsigned c = 0; c < 3; ++c) {
@@ -242,9 +312,7 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf
                 along += g[corner][c] * v[corner][c];
             }
         }
-        constexpr double kMargin = 0.9;
-        const double bound = along * along > 1e-6 ? kMargin * quadratic_form(matrix, v) / (along * along) : 0;
-        stiffness = std::max(stiffness, -bound);
+        stiffness = std::max(stiffness, -convex_bound(quadratic_form(matrix, v), along));
     }
     for (std::size_t a = 0; a < 8; ++a) {
         for (std::size_t b = 0; b < 8; ++b) {
@@ -253,11 +321,10 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf
             }
         }
     }
-    shape.volume_stiffness = static_cast<float>(stiffness);
 }
 
-template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<float>&, CellShape&) const;
-template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<double>&, CellShape&) const;
+template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<float>&) const;
+template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<double>&) const;
 
 void spread_half(CellMatrix& matrix, unsigned axis, bool high) {
     const std::size_t bit = std::size_t{1} << axis;

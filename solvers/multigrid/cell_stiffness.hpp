@@ -2,6 +2,7 @@
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
+#include "solvers/multigrid/lanes.hpp"
 
 #include <array>
 #include <cstddef>
@@ -16,11 +17,17 @@ struct CellMatrixOf {
 };
 using CellMatrix = CellMatrixOf<float>;
 
-/// What the preconditioners need of a lattice cell besides its matrix.
-struct CellShape {
-    float gradient[9];      ///< F = d x / d X at the centre by rows
-    float area[9];          ///< dV'/da, dV'/db, dV'/dc: b x c, c x a, a x b, of the cell with edges of length 1
-    float volume_stiffness; ///< c in the volume's part c g g^T of the matrix, g = dV'/dx; may be below 0
+/// The springs of a cell lie along 13 directions, each an edge, or a diagonal of faces or of the cube.
+inline constexpr std::size_t kSpringDirections = 13;
+/// That of the spring between two corners, either way round.
+std::size_t spring_direction(std::size_t a, std::size_t b);
+
+/// Second derivatives of cells that deform homogeneously.
+struct CellTangents {
+    Lanes spring[kSpringDirections][6]; ///< the block of a cell's spring: xx, xy, xz, yy, yz, zz
+    Lanes area[9];          ///< dV'/da, dV'/db, dV'/dc: b x c, c x a, a x b, of the cell with edges of length 1
+    Lanes volume_stiffness; ///< c in the volume's part c g g^T of the matrix, g = dV'/dx; may be below 0
+    bool has_volume;        ///< whether that is not zero in all lanes
 };
 
 /// Second derivatives of the energy of single lattice cells with their shares of the springs, made positive
@@ -33,7 +40,12 @@ public:
 
     /// At the displacements of the corners, in units of the edge. S is float or double.
     template <class S>
-    void evaluate(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix, CellShape& shape) const;
+    void evaluate(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix) const;
+    /// At deformation gradients, by rows, of cells whose springs are between nodes.
+    void evaluate(const Lanes (&gradient)[9], const Lanes& scale, CellTangents& tangents) const;
+    /// Of those the volume's stiffness, whatever else there is, and the area vectors.
+    Lanes evaluate_volume(const Lanes (&gradient)[9], const Lanes& scale, Lanes (&area)[9]) const;
+    bool on_means() const { return means_; }
     /// The springs' part at rest.
     void springs_at_rest(CellMatrix& matrix) const;
 

@@ -24,48 +24,39 @@ float sign(std::size_t corner, std::size_t axis) {
 
 CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Workers& workers)
     : right_side(grid), solution(grid), rest(grid), grid_(grid), workers_(&workers),
-      stencil_(243 * grid.size()), vectors_{GridVector(grid), GridVector(grid), GridVector(grid)} {
+      stencil_(243 * grid.size() + kLanes),
+      gradients_(grid), vectors_{GridVector(grid), GridVector(grid), GridVector(grid)} {
     for (auto& entries : inverse_) {
         entries.assign(grid.size(), 0.0f);
     }
     if (rotations) {
-        rotations_.emplace(grid);
+        rotations_.emplace(gradients_);
     }
 }
 
-void CoarseLevel::assemble(std::span<const CellMatrix> cells) {
+void CoarseLevel::add(std::size_t low, const CellMatrices& matrices, std::size_t count) {
     const std::size_t size = grid_.size();
-    std::fill(stencil_.begin(), stencil_.end(), 0.0f);
-    const auto row = static_cast<std::size_t>(grid_.cells[0]);
-    const auto layer = [&](std::size_t k) {
-        std::size_t n = k * row * static_cast<std::size_t>(grid_.cells[1]);
-        const int z = static_cast<int>(k);
-        for_each_place({0, 0, z}, {grid_.cells[0] - 1, grid_.cells[1] - 1, z}, [&](int i, int j, int) {
-            const CellMatrix& cell = cells[n++];
-            const std::size_t low = grid_.index(i, j, z);
-            for (std::size_t a = 0; a < 8; ++a) {
-                const std::size_t node = low + grid_.corner_offset(a);
-                for (std::size_t b = 0; b < 8; ++b) {
-                    float* to = stencil_.data() + 9 * neighbour(a, b) * size + node;
-                    for (std::size_t e = 0; e < 9; ++e) {
-                        to[e * size] += cell.block[a][b][e];
-                    }
-                }
+    const auto add_block = [&](std::size_t a, std::size_t b, std::size_t e, const Lanes& entry) {
+        float* to = stencil_.data() + (9 * neighbour(a, b) + e) * size + low + grid_.corner_offset(a);
+        if (count == kLanes) {
+            store_lanes_at(load_lanes_at(to) + entry, to);
+        } else {
+            for (std::size_t lane = 0; lane < count; ++lane) {
+                to[lane] += entry[lane];
             }
-        });
+        }
     };
-    const auto layers = static_cast<std::size_t>(grid_.cells[2]);
-    for (std::size_t parity = 0; parity < 2; ++parity) {
-        run((layers + 1 - parity) / 2, [&](std::size_t piece) { layer(2 * piece + parity); });
-    }
-    invert_diagonal();
-    if (rotations_) {
-        rotations_->spread();
-        invert_rotations();
-    }
+    for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
+        for (std::size_t e = 0; e < 9; ++e) {
+            add_block(a, b, e, matrices.block[pair][e]);
+            if (a != b) {
+                add_block(b, a, 3 * (e % 3) + e / 3, matrices.block[pair][e]);
+            }
+        }
+    });
 }
 
-void CoarseLevel::invert_diagonal() {
+void CoarseLevel::invert() {
     const std::size_t size = grid_.size();
     run(static_cast<std::size_t>(grid_.cells[2] + 1), [&](std::size_t k) {
         const int z = static_cast<int>(k);
@@ -79,49 +70,55 @@ void CoarseLevel::invert_diagonal() {
             }
         });
     });
+    if (rotations_) {
+        gradients_.spread();
+        invert_rotations();
+    }
 }
 
 // C^T K C = sum over corners a, b of [s_a]^T F^T K_ab F [s_b],  [s] w = w x s
 void CoarseLevel::invert_rotations() {
     const std::size_t size = grid_.size();
-    const auto& gradient = rotations_->gradient();
-    const auto layers = static_cast<std::size_t>(grid_.cells[2] + 2);
-    run(layers, [&](std::size_t layer) {
+    run(static_cast<std::size_t>(grid_.cells[2] + 2), [&](std::size_t layer) {
         const int k = static_cast<int>(layer) - 1;
-        for_each_place({-1, -1, k}, {grid_.cells[0], grid_.cells[1], k}, [&](int i, int j, int) {
-            const std::size_t cell = grid_.index(i, j, k);
-            Eigen::Matrix3f F;
-            for (int e = 0; e < 9; ++e) {
-                F(e / 3, e % 3) = gradient[static_cast<std::size_t>(e)][cell];
+        for_each_lanes(grid_, k, [&](std::size_t cell, std::size_t count) {
+            Lanes turns[8][9];
+            for (std::size_t c = 0; c < 3; ++c) {
+                Lanes F[3];
+                for (std::size_t e = 0; e < 3; ++e) {
+                    F[e] = load_lanes_at(gradients_.entries()[3 * c + e].data() + cell);
+                }
+                for (std::size_t a = 0; a < 8; ++a) {
+                    // Columns F (e_i x s)
+                    const float x = sign(a, 0), y = sign(a, 1), z = sign(a, 2);
+                    turns[a][3 * c] = F[2] * y - F[1] * z;
+                    turns[a][3 * c + 1] = F[0] * z - F[2] * x;
+                    turns[a][3 * c + 2] = F[1] * x - F[0] * y;
+                }
             }
-            Eigen::Matrix3f turns[8];
-            for (std::size_t a = 0; a < 8; ++a) {
-                // Columns e_i x s
-                const float x = sign(a, 0), y = sign(a, 1), z = sign(a, 2);
-                Eigen::Matrix3f turn;
-                turn << 0, z, -y, -z, 0, x, y, -x, 0;
-                turns[a] = F * turn;
-            }
-            Eigen::Matrix3f stiffness = Eigen::Matrix3f::Zero();
+            Lanes stiffness[6] = {};
             for (std::size_t a = 0; a < 8; ++a) {
                 const std::size_t node = cell + grid_.corner_offset(a);
-                Eigen::Matrix3f force = Eigen::Matrix3f::Zero();
+                Lanes force[9] = {};
                 for (std::size_t b = 0; b < 8; ++b) {
                     const float* from = stencil_.data() + 9 * neighbour(a, b) * size + node;
-                    Eigen::Matrix3f block;
-                    for (int e = 0; e < 9; ++e) {
-                        block(e / 3, e % 3) = from[static_cast<std::size_t>(e) * size];
+                    for (std::size_t e = 0; e < 9; ++e) {
+                        const Lanes entry = load_lanes_at(from + e * size);
+                        for (std::size_t turn = 0; turn < 3; ++turn) {
+                            force[3 * (e / 3) + turn] += entry * turns[b][3 * (e % 3) + turn];
+                        }
                     }
-                    force += block * turns[b];
                 }
-                stiffness += turns[a].transpose() * force;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    std::size_t entry = 0;
+                    for (std::size_t p = 0; p < 3; ++p) {
+                        for (std::size_t q = p; q < 3; ++q) {
+                            stiffness[entry++] += turns[a][3 * c + p] * force[3 * c + q];
+                        }
+                    }
+                }
             }
-            const auto entry = [&](int r, int c) { return static_cast<double>(stiffness(r, c)); };
-            const auto inverse = bounded_pseudoinverse(
-                {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)}, 1e-4);
-            for (std::size_t e = 0; e < 6; ++e) {
-                rotations_->inverse()[e][cell] = static_cast<float>(inverse[e]);
-            }
+            rotations_->invert(cell, count, stiffness, 1e-4);
         });
     });
 }
@@ -174,6 +171,33 @@ void CoarseLevel::precondition(const GridVector& r, GridVector& z) {
     }
 }
 
+void CoarseLevel::correct(const GridVector& from, const GridVector* product, double keep, double add,
+                          ChebyshevVectors<GridVector>& vectors, GridVector& x) {
+    auto& [r, d, z] = vectors;
+    const auto k = static_cast<float>(keep), a = static_cast<float>(add);
+    if (product) {
+        for_each([](const float& b, const float& p, float& left) { left = b - p; }, from, *product, r);
+    } else {
+        for_each([](const float& b, float& left) { left = b; }, from, r);
+    }
+    precondition(r, z);
+    if (product && keep != 0) {
+        for_each(
+            [k, a](const float& by, float& step, float& to) {
+                step = k * step + a * by;
+                to += step;
+            },
+            z, d, x);
+    } else {
+        for_each(
+            [a, first = product == nullptr](const float& by, float& step, float& to) {
+                step = a * by;
+                to = first ? step : to + step;
+            },
+            z, d, x);
+    }
+}
+
 void CoarseLevel::estimate_spectrum() {
     GridVector &x = vectors_.direction, &y = vectors_.residual;
     x.clear();
@@ -223,31 +247,38 @@ struct DirectLevel::Factors {
 };
 
 DirectLevel::DirectLevel(const PaddedGrid& grid)
-    : right_side(grid), solution(grid), grid_(grid), factors_(std::make_unique<Factors>()) {
+    : right_side(grid), solution(grid), grid_(grid), gradients_(grid), factors_(std::make_unique<Factors>()) {
     const auto size = static_cast<Eigen::Index>(3 * grid.node_count());
     factors_->matrix.resize(size, size);
     factors_->values.resize(size);
 }
 DirectLevel::~DirectLevel() = default;
 
-void DirectLevel::assemble(std::span<const CellMatrix> cells) {
-    Eigen::MatrixXd& matrix = factors_->matrix;
-    matrix.setZero();
+void DirectLevel::clear() {
+    factors_->matrix.setZero();
+}
+
+void DirectLevel::add(int i, int j, int k, const CellMatrices& matrices, std::size_t count) {
     const Eigen::Index row = grid_.cells[0] + 1, plane = row * (grid_.cells[1] + 1);
-    std::size_t n = 0;
-    for_each_place({0, 0, 0}, {grid_.cells[0] - 1, grid_.cells[1] - 1, grid_.cells[2] - 1}, [&](int i, int j, int k) {
-        const CellMatrix& cell = cells[n++];
-        const auto first = [&](int corner) {
-            return 3 * (i + (corner & 1) + row * (j + (corner >> 1 & 1)) + plane * (k + (corner >> 2)));
+    for (std::size_t lane = 0; lane < count; ++lane) {
+        const auto first = [&](std::size_t corner) {
+            const auto c = static_cast<int>(corner);
+            return 3 * (i + static_cast<int>(lane) + (c & 1) + row * (j + (c >> 1 & 1)) + plane * (k + (c >> 2)));
         };
-        for (int a = 0; a < 8; ++a) {
-            for (int b = 0; b < 8; ++b) {
-                for (int e = 0; e < 9; ++e) {
-                    matrix(first(a) + e / 3, first(b) + e % 3) += static_cast<double>(cell.block[a][b][e]);
+        for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
+            for (int e = 0; e < 9; ++e) {
+                const auto entry = static_cast<double>(matrices.block[pair][e][lane]);
+                factors_->matrix(first(a) + e / 3, first(b) + e % 3) += entry;
+                if (a != b) {
+                    factors_->matrix(first(b) + e % 3, first(a) + e / 3) += entry;
                 }
             }
-        }
-    });
+        });
+    }
+}
+
+void DirectLevel::factor() {
+    Eigen::MatrixXd& matrix = factors_->matrix;
     // Rigid motions that nothing holds, and nodes that no free node depends on, would be singular.
     constexpr double kShift = 1e-6;
     for (Eigen::Index d = 0; d < matrix.rows(); ++d) {

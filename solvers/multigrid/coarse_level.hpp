@@ -1,12 +1,12 @@
 #pragma once
 
+#include "solvers/multigrid/cell_patterns.hpp"
 #include "solvers/multigrid/cell_rotations.hpp"
-#include "solvers/multigrid/cell_stiffness.hpp"
 #include "solvers/multigrid/chebyshev.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
-#include <span>
 
 namespace hybmss {
 
@@ -17,10 +17,25 @@ public:
     CoarseLevel(const PaddedGrid& grid, bool rotations, const Workers& workers);
 
     const PaddedGrid& grid() const { return grid_; }
-    /// Takes the matrices of the cells (x fastest, then y, then z; zero where there is none).
-    void assemble(std::span<const CellMatrix> cells);
-    /// Where the rotations are to be told each cell's deformation; null without rotations. Call before assemble().
-    CellRotations* rotations() { return rotations_ ? &*rotations_ : nullptr; }
+    /// Of the level's cells; where the rotations are smoothed, to be set before assemble().
+    CellGradients& gradients() { return gradients_; }
+    /// Takes the matrices of the cells: layer(k, add) calls add(i, j, matrices, count) for all that are at height k,
+    /// `count` neighbours from (i, j) along x at a time. Layers are asked for side by side.
+    template <class Layer>
+    void assemble(const Layer& layer) {
+        std::fill(stencil_.begin(), stencil_.end(), 0.0f);
+        const auto layers = static_cast<std::size_t>(grid_.cells[2]);
+        // A layer of cells adds to two planes of nodes: every other layer at a time.
+        for (std::size_t parity = 0; parity < 2; ++parity) {
+            run((layers + 1 - parity) / 2, [&](std::size_t piece) {
+                const auto k = static_cast<int>(2 * piece + parity);
+                layer(k, [&](int i, int j, const CellMatrices& matrices, std::size_t count) {
+                    add(grid_.index(i, j, k), matrices, count);
+                });
+            });
+        }
+        invert();
+    }
     /// Estimates the spectrum's upper end, after assemble().
     void estimate_spectrum();
 
@@ -31,7 +46,8 @@ public:
 
     // What chebyshev() asks for.
     void multiply(const GridVector& p, GridVector& out);
-    void precondition(const GridVector& r, GridVector& z);
+    void correct(const GridVector& from, const GridVector* product, double keep, double add,
+                 ChebyshevVectors<GridVector>& vectors, GridVector& x);
     template <class Map, class... Vectors>
     void for_each(const Map& map, Vectors&... vectors) const {
         const auto planes = static_cast<std::size_t>(grid_.cells[2] + 3);
@@ -57,13 +73,16 @@ private:
             workers_->run(count, [&](std::size_t i, std::size_t) { visit(i); });
         }
     }
-    void invert_diagonal();
+    void add(std::size_t low, const CellMatrices& matrices, std::size_t count);
+    void invert();
     void invert_rotations();
+    void precondition(const GridVector& r, GridVector& z);
 
     PaddedGrid grid_;
     const Workers* workers_;
     std::vector<float> stencil_; ///< entry (27 neighbours, 9 entries, nodes)
     std::array<std::vector<float>, 6> inverse_;
+    CellGradients gradients_;
     std::optional<CellRotations> rotations_;
     ChebyshevVectors<GridVector> vectors_;
     double highest_ = 2;
@@ -75,14 +94,29 @@ public:
     explicit DirectLevel(const PaddedGrid& grid);
     ~DirectLevel();
     const PaddedGrid& grid() const { return grid_; }
-    void assemble(std::span<const CellMatrix> cells);
+    CellGradients& gradients() { return gradients_; }
+    /// As CoarseLevel's, one layer after the other.
+    template <class Layer>
+    void assemble(const Layer& layer) {
+        clear();
+        for (int k = 0; k < grid_.cells[2]; ++k) {
+            layer(k, [&](int i, int j, const CellMatrices& matrices, std::size_t count) {
+                add(i, j, k, matrices, count);
+            });
+        }
+        factor();
+    }
     void solve(const GridVector& b, GridVector& x);
 
     GridVector right_side, solution;
 
 private:
     struct Factors;
+    void clear();
+    void add(int i, int j, int k, const CellMatrices& matrices, std::size_t count);
+    void factor();
     PaddedGrid grid_;
+    CellGradients gradients_;
     std::unique_ptr<Factors> factors_;
 };
 

@@ -16,6 +16,35 @@ Material scaled(Material material, double scale) {
     return material;
 }
 
+/// Whether the nodes of two bodies have the same places, and the fields as many arrays.
+template <class From, class To>
+bool same_places(const Body<From>& a, const NodeField<From>& of_a, const Body<To>& b, const NodeField<To>& of_b) {
+    bool same = a.node_count() == b.node_count();
+    for (std::size_t c = 0; c < 3; ++c) {
+        same = same && of_a[c].size() == of_b[c].size();
+    }
+    for (std::size_t n = 0; same && n < a.node_count(); ++n) {
+        same = a.index_of(n) == b.index_of(n);
+    }
+    return same;
+}
+
+/// to = factor from
+template <class From, class To>
+void convert(const NodeField<From>& from, double factor, NodeField<To>& to, const Workers& workers) {
+    constexpr std::size_t kPiece = 4096;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const From* in = from[c].data();
+        To* out = to[c].data();
+        const std::size_t size = from[c].size();
+        workers.run((size + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+            for (std::size_t n = piece * kPiece; n < std::min((piece + 1) * kPiece, size); ++n) {
+                out[n] = static_cast<To>(factor * static_cast<double>(in[n]));
+            }
+        });
+    }
+}
+
 } // namespace
 
 FloatMultigrid::FloatMultigrid(const Body<double>& body, const Lattice& lattice, const Material& material,
@@ -25,9 +54,18 @@ FloatMultigrid::FloatMultigrid(const Body<double>& body, const Lattice& lattice,
       potential_(*body_, BodyScales::of(lattice, scaled(material, scale_)), SolidCells::of(lattice),
                  Sections::of(lattice)),
       multigrid_(*body_, lattice, scaled(material, scale_)), in_(potential_.space().make()),
-      out_(potential_.space().make()), doubles_(3 * body.node_count()), floats_(doubles_.size()) {}
+      out_(potential_.space().make()),
+      same_places_(same_places(body, body.make_state(false).displacement, *body_, state_.displacement)),
+      floats_(3 * body.node_count()) {
+    if (!same_places_) {
+        doubles_.resize(floats_.size());
+    }
+}
 
 void FloatMultigrid::to_float(const NodeField<double>& from, double factor, NodeField<float>& to) {
+    if (same_places_) {
+        return convert(from, factor, to, body_->workers());
+    }
     const std::size_t nodes = given_->node_count();
     given_->read(from, factor, VectorField<double>::aos(doubles_.data(), nodes));
     std::transform(doubles_.begin(), doubles_.end(), floats_.begin(), [](double x) { return static_cast<float>(x); });
@@ -62,6 +100,9 @@ void FloatMultigrid::apply(const NodeVector<double>& r, NodeVector<double>& z) {
     const double size = largest > 0 && std::isfinite(largest) ? largest : 1;
     to_float(r.field, 1 / size, in_.field);
     multigrid_.apply(in_, out_);
+    if (same_places_) {
+        return convert(out_.field, scale_ * size, z.field, body_->workers());
+    }
     const std::size_t nodes = given_->node_count();
     body_->read(out_.field, 1, VectorField<float>::aos(floats_.data(), nodes));
     std::transform(floats_.begin(), floats_.end(), doubles_.begin(),

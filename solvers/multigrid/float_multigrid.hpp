@@ -39,7 +39,8 @@ private:
     Potential<float> potential_;
     Multigrid multigrid_;
     NodeVector<float> in_, out_;
-    std::vector<double> doubles_; ///< x y z a node, in the body's order
+    bool same_places_;            ///< of the nodes in both bodies
+    std::vector<double> doubles_; ///< x y z a node, in the body's order; empty where places are the same
     std::vector<float> floats_;
     std::vector<std::uint8_t> held_;
 };

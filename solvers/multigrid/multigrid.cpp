@@ -23,102 +23,44 @@ int smoother_degree(double ratio) {
     return ratio <= kStiffVolume ? 3 : 3 + static_cast<int>(std::ceil(2 * std::log10(ratio)));
 }
 
-/// A coarse cell's deformation gradient is the mean of its cells'.
-void merge_gradients(const CellRotations& fine, const PaddedGrid& fine_grid, CellRotations& coarse,
-                     const PaddedGrid& coarse_grid) {
-    int merged[3];
-    for (std::size_t c = 0; c < 3; ++c) {
-        merged[c] = coarse_grid.cells[c] != fine_grid.cells[c];
-    }
-    for_each_place({0, 0, 0}, {coarse_grid.cells[0] - 1, coarse_grid.cells[1] - 1, coarse_grid.cells[2] - 1},
-                   [&](int ci, int cj, int ck) {
-                       float sum[9] = {}, count = 0;
-                       for_each_place({0, 0, 0}, {merged[0], merged[1], merged[2]}, [&](int x, int y, int z) {
-                           const std::size_t n = fine_grid.index((1 + merged[0]) * ci + x, (1 + merged[1]) * cj + y,
-                                                                 (1 + merged[2]) * ck + z);
-                           if (fine.present()[n]) {
-                               count += 1;
-                               for (std::size_t e = 0; e < 9; ++e) {
-                                   sum[e] += fine.gradient()[e][n];
-                               }
-                           }
-                       });
-                       const std::size_t cell = coarse_grid.index(ci, cj, ck);
-                       coarse.present()[cell] = count > 0;
-                       for (std::size_t e = 0; e < 9 && count > 0; ++e) {
-                           coarse.gradient()[e][cell] = sum[e] / count;
-                       }
-                   });
-}
-
 } // namespace
 
 /// The finest level as chebyshev() sees it.
 struct Multigrid::FineLevel {
     FineLevel(Multigrid& owner, const VectorSpace<float>& vectors)
         : multigrid(&owner), space(&vectors), residual(vectors.make()),
-          guess(vectors.make()), chebyshev{vectors.make(), vectors.make(), vectors.make()} {
-        for (std::size_t n = 0; n < owner.node_at_.size(); ++n) {
-            if (const std::uint32_t node = owner.node_at_[n]; node != Multigrid::kNoNode) {
-                Node entry{n, {}};
-                const std::size_t place = owner.places_[node];
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const Component<const float> all = component(std::as_const(residual.field), c);
-                    entry.places[c] = place * static_cast<std::size_t>(all.stride);
-                }
-                nodes.push_back(entry);
-            }
-        }
-    }
+          guess(vectors.make()), chebyshev{vectors.make(), vectors.make(), vectors.make()} {}
 
     void multiply(const NodeVector<float>& p, NodeVector<float>& out) { potential->multiply(p, out); }
     void precondition(const NodeVector<float>& r, NodeVector<float>& z) {
         multigrid->blocks_.apply(r, z);
         if (multigrid->rotations_) {
-            gather(r, multigrid->grid_in_);
+            multigrid->gather(r.field, multigrid->grid_in_);
             multigrid->grid_out_.clear();
             multigrid->rotations_->add_correction(multigrid->grid_in_, multigrid->grid_out_, *multigrid->workers_);
-            scatter_add(multigrid->grid_out_, z);
+            multigrid->scatter_add(multigrid->grid_out_, potential->free(), z);
         }
     }
-    template <class Map, class... Vectors>
-    void for_each(const Map& map, Vectors&... vectors) const {
-        space->for_each(map, vectors...);
-    }
-
-    static constexpr std::size_t kPiece = 4096;
-    template <class Visit>
-    void for_each_node(const Visit& visit) const {
-        multigrid->workers_->run((nodes.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-            for (std::size_t n = piece * kPiece; n < std::min((piece + 1) * kPiece, nodes.size()); ++n) {
-                visit(nodes[n]);
-            }
-        });
-    }
-    void gather(const NodeVector<float>& from, GridVector& to) const {
-        const float* x[3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            x[c] = component(from.field, c).first;
+    void correct(const NodeVector<float>& from, const NodeVector<float>* product, double keep, double add,
+                 ChebyshevVectors<NodeVector<float>>& vectors, NodeVector<float>& x) {
+        auto& [r, d, z] = vectors;
+        if (!multigrid->rotations_) {
+            multigrid->blocks_.correct(from, product, keep, add, r, d, x);
+            return;
         }
-        for_each_node([&](const Node& node) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                to.c[c][node.grid] = static_cast<float>(x[c][node.places[c]]);
-            }
-        });
-    }
-    /// to += from on free components.
-    void scatter_add(const GridVector& from, NodeVector<float>& to) const {
-        float* x[3];
-        const float* free[3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            x[c] = component(to.field, c).first;
-            free[c] = component(potential->free().field, c).first;
+        if (product) {
+            space->for_each([](const float& b, const float& p, float& rest) { rest = b - p; }, from, *product, r);
+        } else {
+            space->copy(from, r);
         }
-        for_each_node([&](const Node& node) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                x[c][node.places[c]] += free[c][node.places[c]] * static_cast<float>(from.c[c][node.grid]);
-            }
-        });
+        precondition(r, z);
+        const auto k = static_cast<float>(keep), a = static_cast<float>(add);
+        space->for_each(
+            [k, a, first = product == nullptr](const float& by, float& step, float& to) {
+                step = k == 0 ? a * by : k * step + a * by;
+                to = first ? step : to + step;
+            },
+            z, d, x);
     }
 
     /// The largest eigenvalue of B K by power iteration; starts from where the last call ended.
@@ -127,13 +69,13 @@ struct Multigrid::FineLevel {
         if (highest == 0) {
             iterations = 15;
             unsigned state = 1;
-            for (const Node& node : nodes) {
-                for (std::size_t c = 0; c < 3; ++c) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                for (float& x : multigrid->grid_out_.c[c]) {
                     state = state * 1664525u + 1013904223u;
-                    component(guess.field, c).first[node.places[c]] =
-                        static_cast<float>(static_cast<float>(state >> 8) / 8388608.0f - 1.0f);
+                    x = static_cast<float>(state >> 8) / 8388608.0f - 1.0f;
                 }
             }
+            multigrid->scatter_add(multigrid->grid_out_, potential->free(), guess);
         }
         space->for_each([](const float& free, float& x) { x *= free; }, potential->free(), guess);
         double before = std::sqrt(space->dot(guess, guess)), size = 1;
@@ -154,7 +96,6 @@ struct Multigrid::FineLevel {
     const Potential<float>* potential = nullptr;
     NodeVector<float> residual, guess;
     ChebyshevVectors<NodeVector<float>> chebyshev;
-    std::vector<Node> nodes;
     double highest = 0;
 };
 
@@ -162,7 +103,7 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
     : body_(&body), workers_(&body.workers()), stiffness_(material, lattice.cell_size()), grid_{lattice.cells()},
       unit_(body.length_unit() / lattice.cell_size()),
       scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), node_at_(grid_.size(), kNoNode),
-      touching_(body.node_count(), 0.0f), grid_in_(grid_), grid_out_(grid_),
+      touching_(body.node_count(), 0.0f), gradients_(grid_), grid_in_(grid_), grid_out_(grid_),
       degree_(smoother_degree(volume_to_shear(material))), low_part_(1.0 / (degree_ * degree_)) {
     for (float& scale : scales_) {
         scale *= static_cast<float>(unit_);
@@ -180,6 +121,7 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
     std::size_t cell = 0;
     for_each_place({0, 0, 0}, {nx - 1, ny - 1, nz - 1}, [&](int i, int j, int k) {
         if (scales_[cell++] > 0) {
+            gradients_.present()[grid_.index(i, j, k)] = 1;
             for (std::size_t corner = 0; corner < 8; ++corner) {
                 touching_[node_at_[grid_.index(i, j, k) + grid_.corner_offset(corner)]] += 1;
             }
@@ -187,15 +129,18 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
     });
     const bool stiff = volume_to_shear(material) > kStiffVolume;
     if (stiff) {
-        rotations_.emplace(grid_);
-        shapes_.resize(scales_.size());
+        rotations_.emplace(gradients_);
         find_rest_rotations();
     }
+    find_runs();
+    cells_.emplace_back(gradients_);
     PaddedGrid coarse = coarsened(grid_);
     for (; coarse.node_count() > kDirectNodes; coarse = coarsened(coarse)) {
         levels_.push_back(std::make_unique<CoarseLevel>(coarse, stiff, *workers_));
+        cells_.emplace_back(levels_.back()->gradients());
     }
     direct_ = std::make_unique<DirectLevel>(coarse);
+    cells_.emplace_back(direct_->gradients());
 }
 Multigrid::~Multigrid() = default;
 
@@ -205,26 +150,81 @@ void Multigrid::update(const Potential<float>& potential) {
     }
     fine_->potential = &potential;
     blocks_.update(potential);
-    merge_finest(potential);
-    const CellRotations* above = rotations_ ? &*rotations_ : nullptr;
-    const PaddedGrid* grid = &grid_;
-    for (std::size_t l = 0; l < levels_.size(); ++l) {
-        CoarseLevel& level = *levels_[l];
-        if (above) {
-            merge_gradients(*above, *grid, *level.rotations(), level.grid());
-        }
-        level.assemble(merged_);
-        level.estimate_spectrum();
-        merge(merged_, level.grid(), l + 1 < levels_.size() ? levels_[l + 1]->grid() : direct_->grid());
-        merged_.swap(merged_next_);
-        above = level.rotations();
-        grid = &level.grid();
+    if (!std::ranges::equal(held_, potential.held())) {
+        find_patterns(potential.held());
     }
-    direct_->assemble(merged_);
+    find_gradients(potential);
+    assemble(potential);
+    for (const auto& level : levels_) {
+        level->estimate_spectrum();
+    }
     if (rotations_) {
-        find_rotations(potential);
+        gather(potential.free().field, grid_in_);
+        find_rotations();
     }
     fine_->estimate_spectrum();
+}
+
+void Multigrid::find_runs() {
+    for (std::size_t n = 0; n < node_at_.size(); ++n) {
+        if (node_at_[n] == kNoNode) {
+            continue;
+        }
+        const std::size_t place = places_[node_at_[n]];
+        if (!runs_.empty() && runs_.back().grid + runs_.back().length == n &&
+            runs_.back().place + runs_.back().length == place) {
+            ++runs_.back().length;
+        } else {
+            runs_.push_back({n, place, 1});
+        }
+    }
+}
+
+template <class Visit>
+void Multigrid::for_each_run(const Visit& visit) const {
+    constexpr std::size_t kPiece = 64;
+    workers_->run((runs_.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+        for (std::size_t n = piece * kPiece; n < std::min((piece + 1) * kPiece, runs_.size()); ++n) {
+            visit(runs_[n]);
+        }
+    });
+}
+
+void Multigrid::gather(const NodeField<float>& from, GridVector& to) const {
+    for_each_run([&](const Run& run) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Component<const float> all = component(from, c);
+            const float* x = all.first + static_cast<std::ptrdiff_t>(run.place) * all.stride;
+            if (all.stride == 1) {
+                std::copy_n(x, run.length, to.c[c].data() + run.grid);
+                continue;
+            }
+            for (std::size_t n = 0; n < run.length; ++n) {
+                to.c[c][run.grid + n] = x[static_cast<std::ptrdiff_t>(n) * all.stride];
+            }
+        }
+    });
+}
+
+void Multigrid::scatter_add(const GridVector& from, const NodeVector<float>& free, NodeVector<float>& to) const {
+    for_each_run([&](const Run& run) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Component<float> all = component(to.field, c);
+            const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(run.place) * all.stride;
+            const float *is_free = component(free.field, c).first + first, *x = from.c[c].data() + run.grid;
+            float* sum = all.first + first;
+            if (all.stride == 1) {
+                for (std::size_t n = 0; n < run.length; ++n) {
+                    sum[n] += is_free[n] * x[n];
+                }
+                continue;
+            }
+            for (std::size_t n = 0; n < run.length; ++n) {
+                const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(n) * all.stride;
+                sum[at] += is_free[at] * x[n];
+            }
+        }
+    });
 }
 
 std::vector<float> Multigrid::memory() const {
@@ -262,14 +262,14 @@ void Multigrid::apply(const NodeVector<float>& r, NodeVector<float>& z) {
     const ChebyshevInterval interval = {degree_, low_part_ * fine_->highest, fine_->highest};
     chebyshev(*fine_, interval, true, r, z, fine_->chebyshev);
     fine_->multiply(z, fine_->residual);
-    fine_->for_each([](const float& from, float& to) { to = from - to; }, r, fine_->residual);
-    fine_->gather(fine_->residual, grid_in_);
+    fine_->space->for_each([](const float& from, float& to) { to = from - to; }, r, fine_->residual);
+    gather(fine_->residual.field, grid_in_);
     const PaddedGrid& coarse = levels_.empty() ? direct_->grid() : levels_[0]->grid();
     restrict_to(grid_, grid_in_, coarse, levels_.empty() ? direct_->right_side : levels_[0]->right_side, *workers_);
     cycle(0);
     grid_out_.clear();
     add_prolonged(coarse, levels_.empty() ? direct_->solution : levels_[0]->solution, grid_, grid_out_, *workers_);
-    fine_->scatter_add(grid_out_, z);
+    scatter_add(grid_out_, fine_->potential->free(), z);
     chebyshev(*fine_, interval, false, r, z, fine_->chebyshev);
 }
 

@@ -36,16 +36,42 @@ public:
 private:
     static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
     struct FineLevel; ///< the finest level as chebyshev() sees it
-    struct Node {
-        std::size_t grid;      ///< in the padded grid
-        std::size_t places[3]; ///< of its components: flat in the array of the component
+
+    /// The cells of a level, x fastest, then y, then z.
+    struct Cells {
+        explicit Cells(CellGradients& of) : gradients(&of) {}
+        CellGradients* gradients;
+        std::vector<int> pattern;
+        std::vector<float> scale; ///< of those with a pattern, and kLanes more
+        /// Where `matrices` holds that of the cell, which another without a pattern is merged of; -1: nowhere.
+        std::vector<std::int32_t> kept;
+        std::vector<CellMatrix> matrices;
     };
 
+    /// Runs of neighbouring nodes in the padded grid that are neighbours in the body's layout.
+    struct Run {
+        std::size_t grid, place, length;
+    };
+
+    void find_runs();
+    template <class Visit>
+    void for_each_run(const Visit& visit) const;
+    void gather(const NodeField<float>& from, GridVector& to) const;
+    /// to += from on free components.
+    void scatter_add(const GridVector& from, const NodeVector<float>& free, NodeVector<float>& to) const;
+    /// What depends on the supports alone: the cells' patterns on all levels.
+    void find_patterns(std::span<const std::uint8_t> held);
     /// C^T K C of a cell's rotations against each of the cells around it, at rest.
     void find_rest_rotations();
-    void merge_finest(const Potential<float>& potential);
-    void merge(std::span<const CellMatrix> fine_cells, const PaddedGrid& fine, const PaddedGrid& coarse);
-    void find_rotations(const Potential<float>& potential);
+    void find_gradients(const Potential<float>& potential);
+    void assemble(const Potential<float>& potential);
+    /// What CoarseLevel::assemble() asks for; level 1 is the first coarse one.
+    template <class Add>
+    void add_layer(std::size_t level, int k, const Potential<float>& potential, const Add& add);
+    bool finest_matrix(int i, int j, int k, const Potential<float>& potential, CellMatrix& matrix) const;
+    /// Of a cell without a pattern, from those that it is merged of.
+    void merge(std::size_t level, int i, int j, int k, const Potential<float>& potential, CellMatrix& matrix) const;
+    void find_rotations();
     void cycle(std::size_t level);
 
     const Body<float>* body_;
@@ -57,9 +83,12 @@ private:
     std::vector<std::uint32_t> places_;  ///< of the body's nodes in the layout
     std::vector<std::uint32_t> node_at_; ///< the body's node of a padded grid node; kNoNode where there is none
     std::vector<float> touching_;        ///< cells at each of the body's nodes
-    std::vector<CellMatrix> merged_, merged_next_;
-    std::vector<CellShape> shapes_;                   ///< of the finest cells, for the rotations
-    std::vector<std::array<float, 9>> rest_rotation_; ///< stiffness of a cell's rotations by each of 27 cells at rest
+    std::vector<Run> runs_;
+    CellPatterns patterns_;
+    std::vector<std::uint8_t> held_; ///< by which they were found
+    CellGradients gradients_;
+    std::vector<Cells> cells_;                        ///< the finest first
+    std::vector<std::array<float, 6>> rest_rotation_; ///< stiffness of a cell's rotations by each of 27 cells at rest
     std::optional<CellRotations> rotations_;
     std::vector<std::unique_ptr<CoarseLevel>> levels_;
     std::unique_ptr<DirectLevel> direct_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace hybmss {
 namespace {
@@ -50,7 +51,14 @@ std::array<double, 6> bounded_inverse(const std::array<double, 6>& block, unsign
 }
 
 std::array<double, 6> bounded_pseudoinverse(const std::array<double, 6>& block, double smallest) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(symmetric(block));
+    const Eigen::Matrix3d matrix = symmetric(block);
+    // With the sum of eigenvalues t and their product d > 0 the least is at least 4 d / t^2.
+    const double determinant = matrix.determinant(), trace = matrix.trace();
+    if (trace > 0 && determinant > 0.25 * smallest * trace * trace * trace && matrix(0, 0) > 0 &&
+        matrix(0, 0) * matrix(1, 1) > matrix(0, 1) * matrix(0, 1)) {
+        return entries(matrix.inverse());
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix);
     const double largest = solver.eigenvalues()[2];
     Eigen::Vector3d values = Eigen::Vector3d::Zero();
     for (int i = 0; i < 3; ++i) {
@@ -92,36 +100,97 @@ void BlockJacobi<T>::update(const Potential<T>& potential) {
 }
 
 template <class T>
-void BlockJacobi<T>::apply(const NodeVector<T>& r, NodeVector<T>& z) {
-    const T* b[6];
-    for (std::size_t e = 0; e < 6; ++e) {
-        b[e] = inverse_[e].data();
-    }
-    const auto multiply = [&](std::size_t place, const T* in[3], T* out[3], std::size_t at) {
-        const T x = in[0][at], y = in[1][at], w = in[2][at];
-        out[0][at] = b[0][place] * x + b[3][place] * y + b[4][place] * w;
-        out[1][at] = b[3][place] * x + b[1][place] * y + b[5][place] * w;
-        out[2][at] = b[4][place] * x + b[5][place] * y + b[2][place] * w;
-    };
-    const T* in[3];
-    T* out[3];
-    for (std::size_t c = 0; c < 3; ++c) {
-        in[c] = component(r.field, c).first;
-        out[c] = component(z.field, c).first;
-    }
-    const auto stride = static_cast<std::size_t>(component(r.field, 0).stride);
-    constexpr std::size_t kPiece = 2048;
+template <class Visit>
+void BlockJacobi<T>::for_each_place(std::ptrdiff_t stride, const Visit& visit) const {
+    constexpr std::size_t kPiece = 2048, kTogether = 8;
+    static_assert(kPadding % kTogether == 0);
     const std::size_t places = inverse_[0].size();
     potential_->body().workers().run((places + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
         const std::size_t end = std::min((piece + 1) * kPiece, places);
         if (stride == 1) {
-            for (std::size_t p = piece * kPiece; p < end; ++p) {
-                multiply(p, in, out, p);
+            for (std::size_t p = piece * kPiece; p < end; p += kTogether) {
+                visit(p, p, std::integral_constant<std::size_t, kTogether>());
             }
         } else {
             for (std::size_t p = piece * kPiece; p < end; ++p) {
-                multiply(p, in, out, p * stride);
+                visit(p, p * static_cast<std::size_t>(stride), std::integral_constant<std::size_t, 1>());
             }
+        }
+    });
+}
+
+namespace {
+
+template <class T, class Field>
+std::array<T*, 3> components(Field& field) {
+    return {component(field, 0).first, component(field, 1).first, component(field, 2).first};
+}
+
+/// z = B r at neighbouring places.
+template <class T, std::size_t count>
+void multiply(const AlignedArray<T> (&inverse)[6], std::size_t place, const T (&r)[3][count], T (&z)[3][count]) {
+    constexpr std::size_t kEntry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const T *x = inverse[kEntry[c][0]].data() + place, *y = inverse[kEntry[c][1]].data() + place,
+                *w = inverse[kEntry[c][2]].data() + place;
+        for (std::size_t n = 0; n < count; ++n) {
+            z[c][n] = x[n] * r[0][n] + y[n] * r[1][n] + w[n] * r[2][n];
+        }
+    }
+}
+
+} // namespace
+
+template <class T>
+void BlockJacobi<T>::apply(const NodeVector<T>& r, NodeVector<T>& z) {
+    const auto in = components<const T>(r.field);
+    const auto out = components<T>(z.field);
+    for_each_place(component(r.field, 0).stride, [&]<std::size_t count>(std::size_t place, std::size_t at,
+                                                                        std::integral_constant<std::size_t, count>) {
+        T from[3][count], to[3][count];
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::copy_n(in[c] + at, count, from[c]);
+        }
+        multiply(inverse_, place, from, to);
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::copy_n(to[c], count, out[c] + at);
+        }
+    });
+}
+
+template <class T>
+void BlockJacobi<T>::correct(const NodeVector<T>& from, const NodeVector<T>* product, double keep, double add,
+                             NodeVector<T>& r, NodeVector<T>& d, NodeVector<T>& x) {
+    const T k = static_cast<T>(keep), a = static_cast<T>(add);
+    const auto in = components<const T>(from.field), less = components<const T>((product ? product : &from)->field);
+    const auto rest = components<T>(r.field), step = components<T>(d.field), to = components<T>(x.field);
+    for_each_place(component(from.field, 0).stride, [&]<std::size_t count>(std::size_t place, std::size_t at,
+                                                                           std::integral_constant<std::size_t, count>) {
+        T left[3][count], z[3][count];
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::copy_n(in[c] + at, count, left[c]);
+            for (std::size_t n = 0; product && n < count; ++n) {
+                left[c][n] -= less[c][at + n];
+            }
+        }
+        multiply(inverse_, place, left, z);
+        for (std::size_t c = 0; c < 3; ++c) {
+            T by[count], sum[count] = {};
+            for (std::size_t n = 0; n < count; ++n) {
+                by[n] = a * z[c][n];
+            }
+            for (std::size_t n = 0; keep != 0 && n < count; ++n) { // else d may hold anything
+                by[n] += k * step[c][at + n];
+            }
+            for (std::size_t n = 0; product && n < count; ++n) {
+                sum[n] = to[c][at + n];
+            }
+            for (std::size_t n = 0; n < count; ++n) {
+                sum[n] += by[n];
+            }
+            std::copy_n(left[c], count, rest[c] + at);
+            std::copy_n(by, count, step[c] + at);
+            std::copy_n(sum, count, to[c] + at);
         }
     });
 }

@@ -42,10 +42,18 @@ class BlockJacobi final : public Preconditioner<T> {
 public:
     void update(const Potential<T>& potential) override;
     void apply(const NodeVector<T>& r, NodeVector<T>& z) override;
+    /// r = from - product, or from where that is null; d = keep d + add B r; x += d, or x = d where `product` is null.
+    /// In one go; r may hold anything on held components afterwards.
+    void correct(const NodeVector<T>& from, const NodeVector<T>* product, double keep, double add, NodeVector<T>& r,
+                 NodeVector<T>& d, NodeVector<T>& x);
     std::string_view name() const override { return "block-jacobi"; }
     bool is_plain() const override { return true; }
 
 private:
+    /// visit(place in the layout, index in a component, how many neighbours: an integral constant)
+    template <class Visit>
+    void for_each_place(std::ptrdiff_t stride, const Visit& visit) const;
+
     const Potential<T>* potential_ = nullptr;
     AlignedArray<T> inverse_[6];        ///< xx, yy, zz, xy, xz, yz by places in the layout; zero where there is no node
     std::vector<std::uint32_t> places_; ///< of the body's nodes

@@ -1,0 +1,163 @@
+#include "solvers/multigrid/cell_patterns.hpp"
+
+#include <algorithm>
+
+namespace hybmss {
+namespace {
+
+using Matrix = std::array<std::array<float, 8>, 8>; ///< over corners
+
+/// The same term with rows and columns exchanged: V_ef^T = V_fe.
+std::size_t transposed(std::size_t term) {
+    if (term < CellPattern::kVolume || term == CellPattern::kPull) {
+        return term;
+    }
+    const std::size_t e = term - CellPattern::kVolume;
+    return CellPattern::kVolume + 3 * (e % 3) + e / 3;
+}
+
+Matrix unfolded(const CellPattern& pattern, std::size_t term) {
+    Matrix matrix;
+    for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
+        matrix[a][b] = pattern.factor[pair][term];
+        matrix[b][a] = pattern.factor[pair][transposed(term)];
+    });
+    return matrix;
+}
+
+/// spread_half() of one number a block.
+void spread(Matrix& matrix, std::size_t axis, bool high) {
+    const std::size_t bit = std::size_t{1} << axis;
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        if (corner & bit) {
+            continue;
+        }
+        const std::size_t from = high ? corner : corner | bit, keep = from ^ bit;
+        for (std::size_t i = 0; i < 8; ++i) {
+            matrix[from][i] *= 0.5f;
+            matrix[keep][i] += matrix[from][i];
+        }
+        for (std::size_t i = 0; i < 8; ++i) {
+            matrix[i][from] *= 0.5f;
+            matrix[i][keep] += matrix[i][from];
+        }
+    }
+}
+
+float side(std::size_t corner, std::size_t axis) {
+    return corner >> axis & 1 ? 1.0f : -1.0f;
+}
+
+} // namespace
+
+void CellPattern::evaluate(const CellTangents& tangents, float pull, CellMatrices& matrices) const {
+    const bool volume = tangents.has_volume;
+    Lanes product[3][3][9]; // c a_e a_f^T
+    for (std::size_t e = 0; volume && e < 3; ++e) {
+        for (std::size_t f = 0; f < 3; ++f) {
+            for (std::size_t i = 0; i < 9; ++i) {
+                product[e][f][i] =
+                    tangents.volume_stiffness * tangents.area[3 * e + i / 3] * tangents.area[3 * f + i % 3];
+            }
+        }
+    }
+    constexpr std::size_t kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5}; // of a symmetric matrix
+    for (std::size_t pair = 0; pair < kCornerPairs; ++pair) {
+        const float(&by)[kTerms] = factor[pair];
+        Lanes sum[6] = {};
+        for (std::size_t d = 0; d < kSpringDirections; ++d) {
+            for (std::size_t i = 0; i < 6; ++i) {
+                sum[i] += by[d] * tangents.spring[d][i];
+            }
+        }
+        for (const std::size_t i : {0u, 3u, 5u}) {
+            sum[i] += by[kPull] * pull;
+        }
+        Lanes(&block)[9] = matrices.block[pair];
+        for (std::size_t i = 0; i < 9; ++i) {
+            block[i] = sum[kEntry[i]];
+        }
+        for (std::size_t e = 0; volume && e < 9; ++e) {
+            for (std::size_t i = 0; i < 9; ++i) {
+                block[i] += by[kVolume + e] * product[e / 3][e % 3][i];
+            }
+        }
+    }
+}
+
+CellPatterns::CellPatterns() : patterns_(1) {
+    std::fill_n(&patterns_[0].factor[0][0], kCornerPairs * CellPattern::kTerms, 0.0f);
+}
+
+int CellPatterns::cell(unsigned held_corners) {
+    const auto [entry, fresh] = numbers_.try_emplace({-1, static_cast<int>(held_corners)}, 0);
+    if (!fresh) {
+        return entry->second;
+    }
+    entry->second = static_cast<int>(patterns_.size());
+    CellPattern& pattern = patterns_.emplace_back(patterns_[kVoid]);
+    const auto free = [&](std::size_t corner) { return held_corners >> corner & 1u ? 0.0f : 1.0f; };
+    for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
+        const float both = free(a) * free(b);
+        float(&factor)[CellPattern::kTerms] = pattern.factor[pair];
+        for (std::size_t c = 0; c < 8; ++c) {
+            if (a == b && c != a) {
+                factor[spring_direction(a, c)] += both;
+            }
+        }
+        if (a != b) {
+            factor[spring_direction(a, b)] = -both;
+        }
+        for (std::size_t e = 0; e < 9; ++e) {
+            factor[CellPattern::kVolume + e] = both * side(a, e / 3) * side(b, e % 3) / 16;
+        }
+        factor[CellPattern::kPull] = a == b ? both : 0;
+    });
+    return entry->second;
+}
+
+int CellPatterns::merged(unsigned axes, const std::array<int, 8>& cells) {
+    // A body without order has a pattern a cell, each larger than that cell's matrix.
+    constexpr std::size_t kMost = 400;
+    if (std::ranges::all_of(cells, [](int c) { return c == kVoid; })) {
+        return kVoid;
+    }
+    if (std::ranges::any_of(cells, [](int c) { return c == kNone; })) {
+        return kNone;
+    }
+    std::array<int, 9> key;
+    key[0] = static_cast<int>(axes);
+    std::ranges::copy(cells, key.begin() + 1);
+    if (const auto found = numbers_.find(key); found != numbers_.end()) {
+        return found->second;
+    }
+    if (patterns_.size() == kMost) {
+        return kNone;
+    }
+    CellPattern pattern = patterns_[kVoid];
+    for (std::size_t term = 0; term < CellPattern::kTerms; ++term) {
+        Matrix sum{};
+        for (std::size_t cell = 0; cell < 8; ++cell) {
+            if (cells[cell] == kVoid) {
+                continue;
+            }
+            Matrix matrix = unfolded((*this)[cells[cell]], term);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                if (axes >> axis & 1u) {
+                    spread(matrix, axis, cell >> axis & 1);
+                }
+            }
+            for (std::size_t a = 0; a < 8; ++a) {
+                for (std::size_t b = 0; b < 8; ++b) {
+                    sum[a][b] += matrix[a][b];
+                }
+            }
+        }
+        for_each_corner_pair(
+            [&](std::size_t pair, std::size_t a, std::size_t b) { pattern.factor[pair][term] = sum[a][b]; });
+    }
+    patterns_.push_back(pattern);
+    return numbers_[key] = static_cast<int>(patterns_.size()) - 1;
+}
+
+} // namespace hybmss

@@ -1,0 +1,64 @@
+#pragma once
+
+#include "solvers/multigrid/cell_stiffness.hpp"
+#include "solvers/multigrid/lanes.hpp"
+
+#include <array>
+#include <map>
+#include <vector>
+
+namespace hybmss {
+
+/// The pairs a <= b of a cell's corners, in rows.
+inline constexpr std::size_t kCornerPairs = 36;
+
+/// visit(pair, a, b)
+template <class Visit>
+void for_each_corner_pair(const Visit& visit) {
+    std::size_t pair = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = a; b < 8; ++b) {
+            visit(pair++, a, b);
+        }
+    }
+}
+
+/// The matrices of a few cells side by side: of each pair of corners a <= b the 3x3 block by rows.
+struct CellMatrices {
+    Lanes block[kCornerPairs][9];
+};
+
+/// What a merged cell's matrix is where all its cells deform alike and are as stiff: with A_d the stiffness of a spring
+/// along d, c that of the volume and a_e its area vectors (CellTangents),
+///
+///     K = sum over d of S_d (x) A_d + c sum over e, f of V_ef (x) a_e a_f^T + pull P (x) 1
+///
+/// where S, V, P say which of its cells there are, which of their nodes are held, and how they were merged.
+struct CellPattern {
+    static constexpr std::size_t kVolume = kSpringDirections, kPull = kVolume + 9, kTerms = kPull + 1;
+    float factor[kCornerPairs][kTerms];
+
+    /// Adds nothing, sets.
+    void evaluate(const CellTangents& tangents, float pull, CellMatrices& matrices) const;
+};
+
+/// All patterns that the levels of a body have, each once. Cells of the same pattern differ by their deformation alone.
+class CellPatterns {
+public:
+    static constexpr int kNone = -1; ///< for cells that differ in stiffness, or are held along some axes alone
+    static constexpr int kVoid = 0;
+
+    CellPatterns();
+    /// One cell, with these corners held.
+    int cell(unsigned held_corners);
+    /// Cells merged along some axes (bit 0: x); those of the high side of an axis that is not merged are void. kNone
+    /// where one of them is, and where there are so many patterns that they do not pay.
+    int merged(unsigned axes, const std::array<int, 8>& cells);
+    const CellPattern& operator[](int pattern) const { return patterns_[static_cast<std::size_t>(pattern)]; }
+
+private:
+    std::map<std::array<int, 9>, int> numbers_;
+    std::vector<CellPattern> patterns_;
+};
+
+} // namespace hybmss
