@@ -68,7 +68,7 @@ public:
                 steps -= count;
             } catch (const std::runtime_error&) {
                 // Explicit steps are looked at in fifties only.
-                const bool looked_at = simulation_.scene().solver.method != SolverMethod::symplectic_euler;
+                const bool looked_at = !explicit_in_time(simulation_.scene().solver.method);
                 end_ = simulation_.steps() - (looked_at ? 0 : 50);
                 if (end_ <= 0) {
                     throw;
@@ -110,7 +110,7 @@ double difference(TimedScene& with, TimedScene& rest) {
 /// each, longer where a step does.
 std::vector<EffectCost> effect_costs(const Simulation& simulation, const SimulationOptions& options) {
     const Scene& scene = simulation.scene();
-    const bool explicit_in_time = scene.solver.method == SolverMethod::symplectic_euler;
+    const bool small_steps = explicit_in_time(scene.solver.method);
     const double needed = 3 * estimated_bytes(scene.body, options);
     SimulationOptions same = options;
     same.plan = simulation.describe().choice;
@@ -121,7 +121,7 @@ std::vector<EffectCost> effect_costs(const Simulation& simulation, const Simulat
             continue;
         }
         TimedScene with(scene, same), rest(without(scene, rule), same);
-        if (explicit_in_time) {
+        if (small_steps) {
             try {
                 cost.nanoseconds =
                     1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());

@@ -95,7 +95,7 @@ BareStep<T> bare_step(const Lattice& lattice, const Material& material, const Pl
     body->write(VectorField<const T>::aos(displacements.data(), body->node_count()), 1 / body->length_unit(),
                 state->displacement);
     return {[body, state](const StepParameters& parameters, long count) {
-                body->workers().run(body->step_stages(*state, parameters), count);
+                body->workers().run(body->step_stages(*state, step_factors(parameters)), count);
             },
             body->describe().bytes + state->bytes()};
 }

@@ -1,6 +1,6 @@
 #include "hybmss/batch.hpp"
 
-#include "plan/bodies/plan_description.hpp"
+#include "plan/bodies/step_factors.hpp"
 #include "plan/threads/workers.hpp"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ void check(std::span<ExplicitDynamics<T>* const> bodies) {
 template <class T>
 void check(const StepParameters& parameters) {
     // For what it throws.
-    static_cast<void>(step_constants<T>(parameters, 1));
+    static_cast<void>(step_constants<T>(step_factors(parameters), 1));
 }
 
 } // namespace

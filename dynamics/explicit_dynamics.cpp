@@ -55,6 +55,15 @@ void require_each_once(std::span<const PrescribedComponent<T>> components) {
                                 "same order");
 }
 
+/// velocity += seconds * loads
+template <class T>
+void add_scaled(const std::vector<LoadedComponent<T>>& loads, double seconds, NodeField<T>& velocity) {
+    for (const LoadedComponent<T>& load : loads) {
+        const Component<T> v = component(velocity, static_cast<std::size_t>(load.axis));
+        v.first[static_cast<std::ptrdiff_t>(load.index) * v.stride] += static_cast<T>(seconds) * load.acceleration;
+    }
+}
+
 /// A look at the whole state takes about as long as a fifth of a step.
 constexpr long kStepsBetweenLooks = 64;
 
@@ -114,6 +123,12 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
         }
     }
     require_each_once<T>(components);
+    const auto& held = implementation_->prescribed;
+    if (!std::equal(held.begin(), held.end(), components.begin(), components.end(), [](const auto& p, const auto& q) {
+            return p.index == q.index && p.axis == q.axis;
+        })) { // what is let go has the velocity of a whole step
+        implementation_->complete();
+    }
     implementation_->prescribed = std::move(components);
     for (const auto& effect : implementation_->effects) {
         effect->set_prescribed(implementation_->prescribed);
@@ -180,7 +195,7 @@ void ExplicitDynamics<T>::load(std::span<const NodalLoad> loads) {
             }
         }
     }
-    implementation_->loaded = std::move(components);
+    implementation_->replace_loads(std::move(components));
     for (const auto& effect : implementation_->effects) {
         effect->set_loaded(implementation_->loaded);
     }
@@ -200,27 +215,43 @@ void ExplicitDynamics<T>::step(const StepParameters& parameters, long count, con
                                     " is not allowed: it must be at least 0 steps");
     }
     Implementation& i = *implementation_;
+    const bool leapfrog = parameters.integrator == Integrator::leapfrog;
+    const StepFactors factors = step_factors(parameters, leapfrog ? i.half : std::nullopt);
+    static_cast<void>(step_constants<T>(factors, i.body->length_unit())); // before anything changes
+    if (count > 0 && !leapfrog) {
+        i.complete();
+    }
     std::exception_ptr thrown;
     std::function<void()> lead;
+    long led = 0;
     if (motion.nodes || motion.obstacles) {
-        lead = [&, step = 0L, this]() mutable {
-            ++step;
+        lead = [&] {
+            ++led;
             if (thrown) {
                 return;
             }
             try {
                 if (motion.nodes) {
-                    i.lead(motion.nodes(step));
+                    i.lead(motion.nodes(led));
                 }
                 if (motion.obstacles) {
-                    move_obstacles(motion.obstacles(step));
+                    move_obstacles(motion.obstacles(led));
                 }
             } catch (...) {
                 thrown = std::current_exception();
             }
         };
     }
-    take_steps<T>(*i.body, i.state, parameters, {i.effects, i.prescribed, i.loaded, lead}, count);
+    const StepActions<T> actions{i.effects, i.prescribed, i.loaded, lead};
+    // The first leapfrog step of a kind begins with another kick than those that follow.
+    const bool first_differs = leapfrog && count > 0 && i.half != parameters;
+    take_steps<T>(*i.body, i.state, factors, actions, first_differs ? 1 : count);
+    if (first_differs && count > 1) {
+        take_steps<T>(*i.body, i.state, step_factors(parameters, parameters), actions, count - 1);
+    }
+    if (leapfrog && count > 0) {
+        i.half = parameters;
+    }
     i.steps += count;
     if (i.steps - i.looked_at >= kStepsBetweenLooks) {
         i.look();
@@ -228,6 +259,62 @@ void ExplicitDynamics<T>::step(const StepParameters& parameters, long count, con
     if (thrown) {
         std::rethrow_exception(thrown);
     }
+}
+
+/// By all the forces of the present state.
+template <class T>
+void ExplicitDynamics<T>::Implementation::find_whole_velocity() const {
+    const StepFactors kick = half_kick(*half);
+    body->compute_forces(state);
+    for (const auto& effect : effects) {
+        effect->add_forces(*body, state, state.force);
+    }
+    Body<T>::allocate_like(state.velocity, whole_velocity);
+    const std::size_t arrays = array_count(state.velocity), size = state.velocity[0].size();
+    for (std::size_t a = 0; a < arrays; ++a) {
+        std::copy_n(state.velocity[a].data(), size, whole_velocity[a].data());
+    }
+    std::vector<Stage> stages;
+    body->add_kick_stages(whole_velocity, state.force, -kick.kick, nullptr, stages);
+    body->workers().run(stages, 1);
+    const T factor = static_cast<T>(kick.velocity);
+    for (std::size_t a = 0; kick.driven && a < arrays; ++a) {
+        for (std::size_t i = 0; i < size; ++i) {
+            const std::size_t axis = arrays == 1 ? i % 4 : a;
+            if (body->inverse_masses()[i] > 0) {
+                whole_velocity[a][i] =
+                    factor * whole_velocity[a][i] + static_cast<T>(kick.gain[axis] / body->length_unit());
+            }
+        }
+    }
+    add_scaled(loaded, kick.force, whole_velocity);
+    for (const PrescribedComponent<T>& p : prescribed) {
+        const Component<T> v = component(whole_velocity, p.axis);
+        v.first[static_cast<std::ptrdiff_t>(p.index) * v.stride] = p.velocity;
+    }
+}
+
+template <class T>
+void ExplicitDynamics<T>::Implementation::complete() {
+    if (half) {
+        find_whole_velocity();
+        std::swap(state.velocity, whole_velocity);
+        half.reset();
+        for (const auto& effect : effects) {
+            effect->state_was_set();
+        }
+    }
+}
+
+/// The half kick that is still to come takes the loads of its own step, not those after it.
+template <class T>
+void ExplicitDynamics<T>::Implementation::replace_loads(std::vector<LoadedComponent<T>> loads_from_now) {
+    if (half && loaded != loads_from_now) {
+        const double kick = half_kick(*half).kick;
+        add_scaled(loaded, kick, state.velocity);
+        add_scaled(loads_from_now, -kick, state.velocity);
+    }
+    loaded = std::move(loads_from_now);
 }
 
 template <class T>
@@ -256,6 +343,9 @@ template <class T>
 PlanDescription ExplicitDynamics<T>::describe() const {
     PlanDescription description = implementation_->planned.describe();
     description.bytes += implementation_->state.bytes();
+    for (const auto& component : implementation_->whole_velocity) {
+        description.bytes += component.bytes();
+    }
     description.bytes += implementation_->prescribed.size() * sizeof(PrescribedComponent<T>);
     description.bytes += implementation_->loaded.size() * sizeof(LoadedComponent<T>);
     for (const auto& effect : implementation_->effects) {
@@ -302,6 +392,7 @@ template <class T>
 std::size_t ExplicitDynamics<T>::remove_cells(Lattice& lattice, std::span<const std::uint32_t> cells) {
     Implementation& i = *implementation_;
     i.check_cut(lattice, cells);
+    i.complete();
     const auto nx = static_cast<std::size_t>(lattice.cells()[0]), ny = static_cast<std::size_t>(lattice.cells()[1]);
     std::vector<CutNode> nodes;
     std::size_t removed = 0;

@@ -21,6 +21,28 @@ struct ExplicitDynamics<T>::Implementation {
         : planned(std::move(made)), body(planned.body.get()), state(body->make_state(true)),
           wave_speed(longest_edge / body->critical_time_step()) {}
 
+    /// With leapfrog the state has the velocities of half a step before the displacements. visit() sees it with those
+    /// at the same time, which takes an evaluation of the forces.
+    template <class Visit>
+    auto at_whole_step(const Visit& visit) const {
+        if (!half) {
+            return visit();
+        }
+        find_whole_velocity();
+        struct Exchange {
+            const Implementation& body;
+            explicit Exchange(const Implementation& exchanged) : body(exchanged) {
+                std::swap(body.state.velocity, body.whole_velocity);
+            }
+            ~Exchange() { std::swap(body.state.velocity, body.whole_velocity); }
+        } exchange(*this);
+        return visit();
+    }
+    void find_whole_velocity() const;
+    /// Takes the kick that the velocities lack: what it comes from is about to change.
+    void complete();
+    void replace_loads(std::vector<LoadedComponent<T>> loads_from_now);
+
     /// The padding too: a motion that ended in NaN has reached it, and the next one must start clean.
     void set(VectorField<const T> in, NodeField<T>& field, double factor) {
         for (auto& component : field) {
@@ -33,6 +55,7 @@ struct ExplicitDynamics<T>::Implementation {
         for (const auto& effect : effects) {
             effect->state_was_set();
         }
+        half.reset();
         looked_at = -1;
         not_finite_at = 0;
     }
@@ -50,6 +73,7 @@ struct ExplicitDynamics<T>::Implementation {
     /// Puts an effect in the place of the one of its kind; null takes that away.
     template <class Effect>
     void replace(std::unique_ptr<Effect> effect) {
+        complete();
         std::erase_if(effects, [before = find<Effect>()](const auto& other) { return other.get() == before; });
         if (effect) {
             effect->set_prescribed(prescribed);
@@ -69,7 +93,9 @@ struct ExplicitDynamics<T>::Implementation {
     PlannedBody<T> planned;
     const Body<T>* body;
     mutable State<T> state; ///< forces are scratch: computed on demand by calls that leave the motion as it is
-    double wave_speed;      ///< m/s, at most: no wave passes an edge in less than the critical time step
+    std::optional<StepParameters> half;  ///< the leapfrog step whose second half kick the velocities lack, if any
+    mutable NodeField<T> whole_velocity; ///< scratch
+    double wave_speed;                   ///< m/s, at most: no wave passes an edge in less than the critical time step
     std::vector<std::unique_ptr<StepEffect<T>>> effects;
     std::vector<PrescribedComponent<T>> prescribed; ///< each once
     std::vector<LoadedComponent<T>> loaded;

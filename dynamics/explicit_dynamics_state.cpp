@@ -35,11 +35,12 @@ void ExplicitDynamics<T>::get_displacements(VectorField<T> out) const {
 template <class T>
 void ExplicitDynamics<T>::get_velocities(VectorField<T> out) const {
     const Body<T>& body = *implementation_->body;
-    body.read(implementation_->state.velocity, body.length_unit(), out);
+    implementation_->at_whole_step([&] { body.read(implementation_->state.velocity, body.length_unit(), out); });
 }
 template <class T>
 void ExplicitDynamics<T>::set_displacements(VectorField<const T> in) {
     check_finite(*implementation_->body, in, "displacement");
+    implementation_->complete();
     implementation_->set(in, implementation_->state.displacement, 1 / implementation_->body->length_unit());
 }
 template <class T>
@@ -82,7 +83,8 @@ PotentialEnergy ExplicitDynamics<T>::potential_energy() const {
 }
 template <class T>
 double ExplicitDynamics<T>::kinetic_energy() const {
-    return implementation_->body->kinetic_energy(implementation_->state);
+    return implementation_->at_whole_step(
+        [&] { return implementation_->body->kinetic_energy(implementation_->state); });
 }
 template <class T>
 double ExplicitDynamics<T>::critical_time_step() const {
@@ -98,8 +100,12 @@ void ExplicitDynamics<T>::get_effect_forces(VectorField<T> out) const {
     State<T>& state = implementation_->state;
     NodeField<T> force;
     Body<T>::allocate_like(state.velocity, force);
-    for (const auto& effect : implementation_->effects) {
-        effect->add_forces(body, state, force);
+    if (!implementation_->effects.empty()) {
+        implementation_->at_whole_step([&] {
+            for (const auto& effect : implementation_->effects) {
+                effect->add_forces(body, state, force);
+            }
+        });
     }
     body.read(force, 1, out);
 }
@@ -109,8 +115,13 @@ std::vector<EffectEnergy> ExplicitDynamics<T>::effect_energies() const {
     const Body<T>& body = *implementation_->body;
     State<T>& state = implementation_->state;
     std::vector<EffectEnergy> energies;
-    for (const auto& effect : implementation_->effects) {
-        energies.push_back({std::string(effect->name()), effect->energy(body, state), effect->dissipated(body, state)});
+    if (!implementation_->effects.empty()) {
+        implementation_->at_whole_step([&] {
+            for (const auto& effect : implementation_->effects) {
+                energies.push_back(
+                    {std::string(effect->name()), effect->energy(body, state), effect->dissipated(body, state)});
+            }
+        });
     }
     return energies;
 }
@@ -122,6 +133,10 @@ std::vector<double> ExplicitDynamics<T>::effect_memory() const {
         const std::vector<double> part = effect->memory();
         memory.insert(memory.end(), part.begin(), part.end());
     }
+    if (const auto& half = implementation_->half) {
+        const auto& g = half->acceleration;
+        memory.insert(memory.end(), {half->time_step, half->mass_damping, g[0], g[1], g[2]});
+    }
     return memory;
 }
 
@@ -131,14 +146,23 @@ void ExplicitDynamics<T>::set_effect_memory(std::span<const double> memory) {
     for (const auto& effect : implementation_->effects) {
         wanted += effect->memory_size();
     }
-    if (memory.size() != wanted) {
+    constexpr std::size_t kHalf = 5; // of a leapfrog step whose second half kick is to come
+    if (memory.size() != wanted && memory.size() != wanted + kHalf) {
         throw std::invalid_argument("effect memory of " + std::to_string(memory.size()) +
-                                    " numbers given: the body's effects have " + std::to_string(wanted));
+                                    " numbers given: the body's effects have " + std::to_string(wanted) +
+                                    ", leapfrog steps " + std::to_string(kHalf) + " more");
+    }
+    std::optional<StepParameters> half;
+    if (memory.size() > wanted) {
+        const std::span<const double> last = memory.last(kHalf);
+        half = {last[0], {last[2], last[3], last[4]}, last[1], Integrator::leapfrog};
+        static_cast<void>(step_constants<T>(step_factors(*half), implementation_->body->length_unit()));
     }
     for (const auto& effect : implementation_->effects) {
         effect->set_memory(memory.first(effect->memory_size()));
         memory = memory.subspan(effect->memory_size());
     }
+    implementation_->half = half;
 }
 
 #define HYBMSS_INSTANTIATE(T)                                                                                          \

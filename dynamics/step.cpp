@@ -27,9 +27,8 @@ Stage stage_over(std::span<const Component> all, const Visit& visit) {
 }
 
 template <class T>
-Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<const LoadedComponent<T>> loaded) {
-    const double dt = parameters.time_step;
-    const T time_step = static_cast<T>(dt), factor = static_cast<T>(dt / (1 + dt * parameters.mass_damping));
+Stage load_stage(State<T>& state, const StepFactors& factors, std::span<const LoadedComponent<T>> loaded) {
+    const T time_step = static_cast<T>(factors.time_step), factor = static_cast<T>(factors.late_force);
     return stage_over(loaded, [&state, time_step, factor](std::span<const LoadedComponent<T>> part) {
         for (const LoadedComponent<T>& p : part) {
             const auto axis = static_cast<std::size_t>(p.axis);
@@ -44,21 +43,20 @@ Stage load_stage(State<T>& state, const StepParameters& parameters, std::span<co
 } // namespace
 
 template <class T>
-void take_steps(const Body<T>& body, State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
+void take_steps(const Body<T>& body, State<T>& state, const StepFactors& factors, const StepActions<T>& actions,
                 long count) {
     std::vector<Stage> stages;
     for (const auto& effect : actions.effects) {
-        effect->add_stages(body, state, parameters, stages);
+        effect->add_stages(body, state, factors, stages);
     }
-    append(body.step_stages(state, parameters), stages);
-    // A load adds its part to the integrated motion, which is linear in the force: v += dt/(1 + dt c) f/m, u += dt of
-    // that.
+    append(body.step_stages(state, factors), stages);
+    // A load adds its part to the integrated motion, which is linear in the force.
     if (!actions.loaded.empty()) {
-        stages.push_back(load_stage(state, parameters, actions.loaded));
+        stages.push_back(load_stage(state, factors, actions.loaded));
     }
     std::vector<Stage> last;
     for (const auto& effect : actions.effects) {
-        effect->add_last_stages(body, state, parameters, last);
+        effect->add_last_stages(body, state, factors, last);
     }
     const auto hold = [&] {
         if (!actions.prescribed.empty()) {
@@ -80,7 +78,7 @@ void take_steps(const Body<T>& body, State<T>& state, const StepParameters& para
 
 template void set_prescribed(State<float>&, std::span<const PrescribedComponent<float>>);
 template void set_prescribed(State<double>&, std::span<const PrescribedComponent<double>>);
-template void take_steps(const Body<float>&, State<float>&, const StepParameters&, const StepActions<float>&, long);
-template void take_steps(const Body<double>&, State<double>&, const StepParameters&, const StepActions<double>&, long);
+template void take_steps(const Body<float>&, State<float>&, const StepFactors&, const StepActions<float>&, long);
+template void take_steps(const Body<double>&, State<double>&, const StepFactors&, const StepActions<double>&, long);
 
 } // namespace hybmss

@@ -28,6 +28,7 @@ struct LoadedComponent {
     std::size_t index;
     int axis;
     T acceleration;
+    bool operator==(const LoadedComponent&) const = default;
 };
 
 /// What bounds the largest stable step near rest; see FrequencyBounds.
@@ -39,12 +40,13 @@ struct StepBounds {
 /// A force f(u, v, t) beyond the body's own, gravity, mass damping and loads: one object for each effect that is called
 /// for, nothing at all for those that are not.
 ///
-/// One that is known before the step's sweep acts there, as a kick of the velocities: v += dt f/m. The sweep's own
-/// force depends on u alone, and the step is linear in the sum of the forces, so that this is the step under that sum:
+/// One that is known before the step's sweep acts there, as a kick of the velocities: v += kick f/m (see StepFactors).
+/// The sweep's own force depends on u alone, and the step is linear in the sum of the forces, so that this is the step
+/// under that sum; of symplectic Euler
 ///
 ///     (v + dt f/m + dt (F/m + g)) / (1 + dt c)
 ///
-/// One that depends on where the step ends acts when all else has: v += dv, u += dt dv.
+/// One that depends on where the step ends acts when all else has: v += dv, u += dt dv, dv = late_force f/m.
 template <class T>
 class StepEffect {
 public:
@@ -68,10 +70,10 @@ public:
     virtual void set_loaded(std::span<const LoadedComponent<T>>) {}
     /// Appends what one step needs; the stages are run again for every step of a call. The body, the state and the
     /// effect outlive them.
-    virtual void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+    virtual void add_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                             std::vector<Stage>& stages) = 0;
     /// Likewise what comes last in a step: the loads have acted, and what is prescribed has been set back.
-    virtual void add_last_stages(const Body<T>&, State<T>&, const StepParameters&, std::vector<Stage>&) {}
+    virtual void add_last_stages(const Body<T>&, State<T>&, const StepFactors&, std::vector<Stage>&) {}
     /// The state has been set from outside.
     virtual void state_was_set() {}
     /// Cells have been removed from the lattice that the body was made from; these nodes have lost some. A body that
@@ -99,7 +101,7 @@ struct StepActions {
 /// One step after the other: the kicks of the effects, the step proper, the loads, the prescribed components, and what
 /// comes last. What is led goes on after that, as if it were set between two steps.
 template <class T>
-void take_steps(const Body<T>& body, State<T>& state, const StepParameters& parameters, const StepActions<T>& actions,
+void take_steps(const Body<T>& body, State<T>& state, const StepFactors& factors, const StepActions<T>& actions,
                 long count);
 
 template <class T>

@@ -1,6 +1,8 @@
 #include "reference/semi_implicit_euler.hpp"
 #include "reference/forces.hpp"
 
+#include <cmath>
+
 namespace hybmss::reference {
 
 State rest_state(const Body& body) {
@@ -29,6 +31,26 @@ void semi_implicit_euler_step(const Body& body, const StepParameters& parameters
         state.v[n] = (state.v[n] + dt * (f[n] / body.mass[n] + g)) / (1 + dt * parameters.mass_damping);
         state.u[n] += dt * state.v[n];
     }
+    prescribe(prescribed, state);
+}
+
+// v <- q v + (1 - q)/c (f/m + g), q = e^(-c dt/2); u <- u + dt v; v once more
+void leapfrog_step(const Body& body, const StepParameters& parameters, std::span<const PrescribedNode> prescribed,
+                   State& state) {
+    const double dt = parameters.time_step, c = parameters.mass_damping, q = std::exp(-c * dt / 2);
+    const Vector3d g(parameters.acceleration[0], parameters.acceleration[1], parameters.acceleration[2]);
+    const auto half_kick = [&] {
+        const std::vector<Vector3d> f = forces(body, state.u);
+        for (std::size_t n = 0; n < body.rest.size(); ++n) {
+            state.v[n] = q * state.v[n] + (c > 0 ? -std::expm1(-c * dt / 2) / c : dt / 2) * (f[n] / body.mass[n] + g);
+        }
+    };
+    half_kick();
+    for (std::size_t n = 0; n < body.rest.size(); ++n) {
+        state.u[n] += dt * state.v[n];
+    }
+    prescribe(prescribed, state);
+    half_kick();
     prescribe(prescribed, state);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The semi-implicit (symplectic) Euler method.
+/// The explicit time steps: semi-implicit (symplectic) Euler, and leapfrog.
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "reference/body.hpp"
@@ -26,6 +26,10 @@ void prescribe(std::span<const PrescribedNode> nodes, State& state);
 /// One step of all nodes, then the prescribed ones are set.
 void semi_implicit_euler_step(const Body& body, const StepParameters& parameters,
                               std::span<const PrescribedNode> prescribed, State& state);
+
+/// The same by leapfrog: half a kick, a drift, half a kick, and all velocities at the time of the displacements.
+void leapfrog_step(const Body& body, const StepParameters& parameters, std::span<const PrescribedNode> prescribed,
+                   State& state);
 
 /// 1/2 sum m v.v, J.
 double kinetic_energy(const Body& body, const State& state);

@@ -86,18 +86,23 @@ private:
     hybmss_plan* c_plan_ = nullptr;
 };
 
-/// A body with memory of its own, from an allocator that hands out whole pages or from the default.
-class InPages {
+/// A body that moves, in memory of an allocator that hands out whole pages or of the default.
+class Moving {
 public:
-    InPages(int edge, bool pages) : dynamics_(make(edge, pages)) {
-        step_ = {.time_step = 0.2 * dynamics_.critical_time_step(), .acceleration = {0, 0, 0}};
+    Moving(int edge, bool pages, Integrator integrator) : dynamics_(make(edge, pages)) {
+        step_ = {.time_step = 0.2 * dynamics_.critical_time_step(), .mass_damping = 1, .integrator = integrator};
         std::vector<float> u(3 * dynamics_.node_count());
         for (std::size_t i = 0; i < u.size(); ++i) {
             u[i] = 1e-5f * static_cast<float>(i % 7);
         }
         dynamics_.set_displacements(VectorField<const float>::aos(u.data(), dynamics_.node_count()));
     }
-    void step(long count) { dynamics_.step(step_, count); }
+    /// A call for each.
+    void step(long count) {
+        for (; count > 0; --count) {
+            dynamics_.step(step_);
+        }
+    }
 
 private:
     static void* take(std::size_t bytes, std::size_t, void*) {
@@ -121,8 +126,10 @@ private:
 struct Comparison {
     const char* name;
     int edge;                                   ///< cells
-    std::function<void(Caller&)> work, against; ///< empty: a step in whole pages, against one in the default's memory
+    std::function<void(Caller&)> work, against; ///< empty: steps as follows, against those by default
     const char* words;
+    bool pages = false;
+    Integrator integrator = Integrator::symplectic_euler;
 };
 
 void time(benchmark::State& state, const Work& work, const Work& against) {
@@ -136,9 +143,9 @@ void time(benchmark::State& state, const Work& work, const Work& against) {
 
 void measure(benchmark::State& state, const Comparison& comparison) {
     if (!comparison.work) {
-        InPages pages(comparison.edge, true), usual(comparison.edge, false);
+        Moving moving(comparison.edge, comparison.pages, comparison.integrator), usual(comparison.edge, false, {});
         time(
-            state, [&](long count) { pages.step(count); }, [&](long count) { usual.step(count); });
+            state, [&](long count) { moving.step(count); }, [&](long count) { usual.step(count); });
         return;
     }
     Caller caller(comparison.edge);
@@ -167,7 +174,8 @@ Table embedding_benchmark(const RowChoices& choices) {
         {"embedding/32x32x32/AoS", 32, interleaved, separate, "float3 memory, against separate arrays"},
         {"embedding/32x32x32/AoS-C", 32, by_c, separate, "the same in C"},
         {"embedding/32x32x32/map-C", 32, mapped, separate, "float3 in reverse order by a map, in C"},
-        {"embedding/30x30x30/pages", 30, {}, {}, "a step in an allocator's whole pages"}};
+        {"embedding/30x30x30/pages", 30, {}, {}, "a step in an allocator's whole pages", true},
+        {"embedding/30x30x30/leapfrog", 30, {}, {}, "a leapfrog step", false, Integrator::leapfrog}};
     const std::string heading = printed("%-10s %-40s %10s %12s %8s", "mesh", "what", "us/call", "us over", "% over");
     Table table{kIntroduction, {}};
     for (const Comparison& comparison : comparisons) {

@@ -132,7 +132,15 @@ hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_
             throw std::invalid_argument("count = " + std::to_string(count) + " is not allowed: it must be at least 0");
         }
         const double* g = parameters->acceleration;
-        const StepParameters step{parameters->time_step, {g[0], g[1], g[2]}, parameters->mass_damping};
+        if (parameters->integrator != HYBMSS_SYMPLECTIC_EULER && parameters->integrator != HYBMSS_LEAPFROG) {
+            throw std::invalid_argument(
+                "integrator = " + std::to_string(parameters->integrator) +
+                " is not allowed: it must be 0 (HYBMSS_SYMPLECTIC_EULER) or 1 (HYBMSS_LEAPFROG)");
+        }
+        const StepParameters step{parameters->time_step,
+                                  {g[0], g[1], g[2]},
+                                  parameters->mass_damping,
+                                  static_cast<Integrator>(parameters->integrator)};
         dynamics->visit([&](auto& moving) { moving.body.step(step, static_cast<long>(count)); });
     });
 }

@@ -83,17 +83,22 @@ void load(Dynamics& dynamics, const std::vector<std::uint32_t>& nodes, const Vec
     dynamics.visit([&](auto& body) { body.load(loads); });
 }
 
-void step(Dynamics& dynamics, double time_step, long count, const Vector3& acceleration, double mass_damping) {
+void step(Dynamics& dynamics, double time_step, long count, const Vector3& acceleration, double mass_damping,
+          const std::string& integrator) {
+    if (integrator != "symplectic-euler" && integrator != "leapfrog") {
+        throw std::invalid_argument("integrator = \"" + integrator +
+                                    "\" is not allowed: it must be \"symplectic-euler\" or \"leapfrog\"");
+    }
+    const Integrator by = integrator == "leapfrog" ? Integrator::leapfrog : Integrator::symplectic_euler;
     const py::gil_scoped_release released;
-    dynamics.visit([&](auto& body) { body.step({time_step, acceleration, mass_damping}, count); });
+    dynamics.visit([&](auto& body) { body.step({time_step, acceleration, mass_damping, by}, count); });
 }
 
 } // namespace
 
 void bind_dynamics(py::module_& module) {
-    py::class_<Dynamics> type(
-        module, "ExplicitDynamics",
-        "A body that moves by semi-implicit Euler steps and owns its state. For one thread at a time.");
+    py::class_<Dynamics> type(module, "ExplicitDynamics",
+                              "A body that moves by explicit steps and owns its state. For one thread at a time.");
     type.def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads,
                          const std::string& layout, const std::string& instruction_set, const std::string& accuracy,
                          const std::string& effort) {
@@ -117,7 +122,9 @@ void bind_dynamics(py::module_& module) {
              "Pulls each of these nodes with the force (N), no others.");
     type.def("step", &step, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),
              py::arg("acceleration") = Vector3{0, 0, 0}, py::arg("mass_damping") = 0.0,
-             "Takes steps of time_step (s). acceleration: gravity, m/s^2; mass_damping: 1/s.");
+             py::arg("integrator") = "symplectic-euler",
+             "Takes steps of time_step (s). acceleration: gravity, m/s^2; mass_damping: 1/s; integrator: "
+             "\"symplectic-euler\", or \"leapfrog\", of the second order at the same price.");
     add_field(
         type, "displacements", "(nodes, 3), m. Reading makes a new array.",
         [](const auto& body, const auto& out) { body.get_displacements(out); },

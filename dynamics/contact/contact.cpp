@@ -106,7 +106,7 @@ bool Contact<T>::step_node(const Shape& shape, std::size_t o, const RigidPose& p
     const Point before = plus(before_[n], -1, ground);
     watch.dissipated -=
         node.mass / 2 *
-        (step.time_step * dot(acceleration, plus(before, 1, after)) + obstacle.stiffness * (depth * depth - was * was));
+        (step.acting * dot(acceleration, plus(before, 1, after)) + obstacle.stiffness * (depth * depth - was * was));
     watch.greatest_depth = std::max(watch.greatest_depth, depth);
     const Point impulse = plus({}, node.mass * step.gain, acceleration);
     watch.impulse = plus(watch.impulse, 1, impulse);
@@ -210,10 +210,9 @@ void Contact<T>::set_loaded(std::span<const LoadedComponent<T>> loaded) {
 }
 
 template <class T>
-void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepParameters& parameters,
-                            std::vector<Stage>& stages) {
-    time_step_ = parameters.time_step;
-    const double gain_of_speed = parameters.time_step * (length(parameters.acceleration) + load_acceleration_);
+void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepFactors& factors, std::vector<Stage>& stages) {
+    time_step_ = factors.time_step;
+    const double gain_of_speed = factors.acting * (length(factors.acceleration) + load_acceleration_);
     stages.push_back({piece_count(), [this, &state, gain_of_speed](std::size_t piece, std::size_t) {
                           const std::size_t begin = piece * kBlocksAPiece,
                                             end = std::min(begin + kBlocksAPiece, block_count());
@@ -232,11 +231,10 @@ void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepParameter
 }
 
 template <class T>
-void Contact<T>::add_last_stages(const Body<T>&, State<T>& state, const StepParameters& parameters,
+void Contact<T>::add_last_stages(const Body<T>&, State<T>& state, const StepFactors& factors,
                                  std::vector<Stage>& stages) {
-    const double time_step = parameters.time_step;
-    const Step step{time_step, time_step / (1 + time_step * parameters.mass_damping),
-                    time_step * (length(parameters.acceleration) + load_acceleration_)};
+    const Step step{factors.time_step, factors.late_force, factors.acting,
+                    factors.acting * (length(factors.acceleration) + load_acceleration_)};
     stages.push_back({elapsed_.size(), [this, &state, step](std::size_t piece, std::size_t) {
                           const std::size_t begin = piece * kBlocksAPiece,
                                             end = std::min(begin + kBlocksAPiece, block_count());

@@ -51,9 +51,9 @@ public:
     void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const override;
     void set_prescribed(std::span<const PrescribedComponent<T>> prescribed) override;
     void set_loaded(std::span<const LoadedComponent<T>> loaded) override;
-    void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+    void add_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                     std::vector<Stage>& stages) override;
-    void add_last_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+    void add_last_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                          std::vector<Stage>& stages) override;
     void state_was_set() override;
     std::vector<double> memory() const override;
@@ -88,7 +88,8 @@ private:
     /// How a step ends for the nodes of a block.
     struct Step {
         double time_step;
-        double gain; ///< of velocity by acceleration: the time step, less what mass damping takes
+        double gain;   ///< of velocity by acceleration: the time that it acts, less what mass damping takes
+        double acting; ///< s: that time
         double gain_of_speed;
     };
 

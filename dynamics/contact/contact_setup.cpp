@@ -354,7 +354,8 @@ template <class T>
 std::vector<ObstacleReading> ExplicitDynamics<T>::obstacle_readings() const {
     const Implementation& i = *implementation_;
     const auto* const contact = i.template find<Contact<T>>();
-    return contact ? contact->readings(*i.body, i.state) : std::vector<ObstacleReading>();
+    return contact ? i.at_whole_step([&] { return contact->readings(*i.body, i.state); })
+                   : std::vector<ObstacleReading>();
 }
 
 template Contact<float>::Contact(const Body<float>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);

@@ -20,11 +20,11 @@ void SpringDamping<T>::add_forces(const Body<T>& body, State<T>& state, NodeFiel
 }
 
 template <class T>
-void SpringDamping<T>::add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+void SpringDamping<T>::add_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                                   std::vector<Stage>& stages) {
     Body<T>::allocate_like(state.displacement, product_);
     append(body.spring_stages(state, {kernels::SpringLaw::damping}, &state.velocity, product_), stages);
-    const double factor = seconds_ * parameters.time_step;
+    const double factor = seconds_ * factors.kick;
     if (!prescribed_.empty()) {
         // What a kick takes out is its impulse p times the mean of the velocities before and after it, v - p/(2m). A
         // prescribed component keeps its velocity, so there it is p v.

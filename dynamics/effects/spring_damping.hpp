@@ -9,7 +9,7 @@ namespace hybmss {
 ///     f_a = c (n . (v_b - v_a)) n,  n = d/|d|,
 ///
 /// along the spring alone, so that a rigid motion is not damped and linear and angular momentum are kept. The force is
-/// taken at the velocity before the step.
+/// taken at the velocity before the step: with leapfrog half a step before the force acts.
 template <class T>
 class SpringDamping final : public StepEffect<T> {
 public:
@@ -23,7 +23,7 @@ public:
     double dissipated(const Body<T>&, State<T>&) const override { return dissipated_; }
     void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const override;
     void set_prescribed(std::span<const PrescribedComponent<T>> prescribed) override { prescribed_ = prescribed; }
-    void add_stages(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+    void add_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                     std::vector<Stage>& stages) override;
     std::vector<double> memory() const override { return {dissipated_}; }
     std::size_t memory_size() const override { return 1; }

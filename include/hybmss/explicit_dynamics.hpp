@@ -17,11 +17,17 @@
 
 namespace hybmss {
 
+/// How steps go on from velocity and displacement, at the same price: see ExplicitDynamics.
+enum class Integrator { symplectic_euler, leapfrog };
+
 /// What acts on every node in one step, besides the internal forces.
 struct StepParameters {
     double time_step = 0;                           ///< s, > 0
     std::array<double, 3> acceleration = {0, 0, 0}; ///< gravity, m/s^2
     double mass_damping = 0;                        ///< c in 1/s, >= 0: the force -c m v, taken implicitly
+    Integrator integrator = Integrator::symplectic_euler;
+
+    bool operator==(const StepParameters&) const = default;
 };
 
 /// A node whose displacement and velocity are given, along the named axes only; the other axes stay free.
@@ -56,7 +62,17 @@ struct EffectEnergy {
     double dissipated = 0; ///< since the effect was made
 };
 
-/// Semi-implicit (symplectic) Euler: v <- (v + dt (f/m + g)) / (1 + dt c), then u <- u + dt v. T is float or double.
+/// Semi-implicit (symplectic) Euler: v <- (v + dt (f/m + g)) / (1 + dt c), then u <- u + dt v. Of the first order. T is
+/// float or double.
+///
+/// Leapfrog, of the second order in free motions, gravity, mass damping, loads and prescribed motion: half a kick, u <-
+/// u + dt v, half a kick; a kick of the time t is v <- q v + (1 - q)/c (f/m + g), q = e^(-c t). The second half is
+/// taken together with the first of the step that follows, so that a step evaluates forces once, in calls of one step
+/// too. To read velocities, and what comes of them (kinetic energy, forces and energies of effects, obstacles'
+/// readings), takes an evaluation of forces of its own and leaves the motion as it is. So does, and completes the step,
+/// whatever changes in the middle of a kick: other nodes prescribed, effects switched, displacements set, cells
+/// removed, the other integrator. Contact and damping along the springs stay of the first order: obstacles push at the
+/// end of a step, dashpots by the velocity half a step before.
 ///
 /// Nodes are numbered as in the body. Not for concurrent use of one object. Results are bit-identical for any number of
 /// threads. Construction throws as ForcePlan does. The body starts at rest: u = v = 0.
@@ -142,7 +158,8 @@ public:
     void set_displacements(VectorField<const T> in);
     void set_velocities(VectorField<const T> in);
     /// The motion with every bit, for a body made in the same way to go on from: displacement and velocity in the
-    /// plan's own unit of length, which rounding to m would lose; six values a node.
+    /// plan's own unit of length, which rounding to m would lose; six values a node. After leapfrog steps the velocity
+    /// is that of half a step before, and goes on with effect_memory() alone.
     std::vector<T> exact_state() const;
     /// Throws std::invalid_argument unless there are six values a node. Prescribed nodes and loads are to be set anew.
     void set_exact_state(std::span<const T> values);
@@ -156,8 +173,8 @@ public:
     void get_effect_forces(VectorField<T> out) const;
     /// One entry an effect.
     std::vector<EffectEnergy> effect_energies() const;
-    /// What later steps depend on besides displacements and velocities: numbers for set_effect_memory() of a body with
-    /// the same effects. Empty where no effect remembers anything.
+    /// What later steps depend on besides exact_state(): numbers for set_effect_memory() of a body with the same
+    /// effects, after the state was set. Empty where no effect remembers anything; five more after leapfrog steps.
     std::vector<double> effect_memory() const;
     /// Throws std::invalid_argument for another count of numbers than the effects have.
     void set_effect_memory(std::span<const double> memory);

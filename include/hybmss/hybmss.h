@@ -257,14 +257,19 @@ HYBMSS_EXPORT hybmss_status hybmss_plan_describe(const hybmss_plan* plan, char* 
 
 /* ---- motion ---- */
 
-/* A body that moves by semi-implicit Euler steps and owns its state: v <- (v + dt (f/m + g)) / (1 + dt c), u <- u + dt
- * v. Starts at rest. */
+/* A body that moves by semi-implicit Euler steps, v <- (v + dt (f/m + g)) / (1 + dt c), u <- u + dt v, or by leapfrog
+ * steps, and owns its state. Starts at rest. */
 typedef struct hybmss_dynamics hybmss_dynamics;
+
+/* Leapfrog is of the second order at the same price; a reading of velocities or of the kinetic energy then takes an
+ * evaluation of forces. hybmss/explicit_dynamics.hpp says all. */
+typedef enum hybmss_integrator { HYBMSS_SYMPLECTIC_EULER = 0, HYBMSS_LEAPFROG = 1 } hybmss_integrator;
 
 typedef struct hybmss_step_parameters {
     double time_step;       /* s, > 0 */
     double acceleration[3]; /* m/s^2 */
     double mass_damping;    /* c, 1/s, >= 0 */
+    hybmss_integrator integrator;
 } hybmss_step_parameters;
 
 /* Displacement (m) and velocity (m/s) of a node, held along the axes given: bit 0 is x, bit 1 y, bit 2 z. */

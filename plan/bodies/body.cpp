@@ -212,13 +212,13 @@ double Body<T>::crush_energy(State<T>&) const {
 }
 
 template <class T>
-std::vector<Stage> Body<T>::step_stages(State<T>& state, const StepParameters& parameters) const {
+std::vector<Stage> Body<T>::step_stages(State<T>& state, const StepFactors& factors) const {
     std::vector<Stage> stages;
     for (const Beside& pass : beside_) {
         append(spring_stages(state, {pass.force, pass.stiffening}, nullptr, state.beside), stages);
-        add_kick_stages(state.velocity, state.beside, parameters.time_step, nullptr, stages);
+        add_kick_stages(state.velocity, state.beside, factors.kick, nullptr, stages);
     }
-    append(linear_step_stages(state, parameters), stages);
+    append(linear_step_stages(state, factors), stages);
     return stages;
 }
 

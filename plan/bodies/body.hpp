@@ -6,6 +6,7 @@
 #include "layouts/aligned_array.hpp"
 #include "layouts/node_numbers.hpp"
 #include "plan/bodies/critical_time_step.hpp"
+#include "plan/bodies/step_factors.hpp"
 #include "plan/threads/workers.hpp"
 
 #include <array>
@@ -141,7 +142,7 @@ public:
     void add_kick_stages(NodeField<T>& velocity, NodeField<T>& product, double time_step, double* taken,
                          std::vector<Stage>& stages) const;
     /// One step by the body's own forces, gravity and damping. The state must outlive the stages.
-    std::vector<Stage> step_stages(State<T>& state, const StepParameters& parameters) const;
+    std::vector<Stage> step_stages(State<T>& state, const StepFactors& factors) const;
 
     /// Throw std::invalid_argument unless it is a field of the body's nodes: with addresses, a stride other than 0, and
     /// where it is written to, three components that share no memory.
@@ -199,7 +200,7 @@ private:
     virtual std::vector<Stage> linear_force_stages(State<T>& state) const = 0;
     virtual PotentialEnergy linear_energy(State<T>& state) const = 0;
     virtual void linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
-    virtual std::vector<Stage> linear_step_stages(State<T>& state, const StepParameters& parameters) const = 0;
+    virtual std::vector<Stage> linear_step_stages(State<T>& state, const StepFactors& factors) const = 0;
     /// Sets the kernel, the counts of springs, cells and tiles, and the layout's bytes.
     virtual void describe_layout(PlanDescription& description) const = 0;
 

@@ -207,12 +207,13 @@ PotentialEnergy LatticeBody<T>::linear_energy(State<T>& state) const {
 }
 
 template <class T>
-std::vector<Stage> LatticeBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
-    StepParameters along_axes = parameters;
+std::vector<Stage> LatticeBody<T>::linear_step_stages(State<T>& state, const StepFactors& factors) const {
+    StepFactors along_axes = factors;
     for (std::size_t c = 0; c < 3; ++c) {
-        along_axes.acceleration[c] = parameters.acceleration[layout_.axes[c]];
+        along_axes.gain[c] = factors.gain[layout_.axes[c]];
+        along_axes.acceleration[c] = factors.acceleration[layout_.axes[c]];
     }
-    return sweep(state, is_driven(parameters) ? Finish::integrate_driven : Finish::integrate,
+    return sweep(state, factors.driven ? Finish::integrate_driven : Finish::integrate,
                  step_constants<T>(along_axes, layout_.cell_size));
 }
 

@@ -221,9 +221,9 @@ double NetworkBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
 }
 
 template <class T>
-std::vector<Stage> NetworkBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
-    const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
-    const bool driven = is_driven(parameters);
+std::vector<Stage> NetworkBody<T>::linear_step_stages(State<T>& state, const StepFactors& factors) const {
+    const kernels::StepConstants<T> constants = step_constants<T>(factors, length_unit());
+    const bool driven = factors.driven;
     // The integrating kernel leaves the forces zero for the next step.
     this->clear_like(state.displacement, state.force);
     const auto nodes = node_arrays(state);

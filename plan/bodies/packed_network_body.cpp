@@ -220,9 +220,9 @@ double PackedNetworkBody<T>::stiffening_energy(State<T>& state,
 }
 
 template <class T>
-std::vector<Stage> PackedNetworkBody<T>::linear_step_stages(State<T>& state, const StepParameters& parameters) const {
-    const kernels::StepConstants<T> constants = step_constants<T>(parameters, length_unit());
-    const auto integrate = kernel_table().packed_integrate(is_driven(parameters));
+std::vector<Stage> PackedNetworkBody<T>::linear_step_stages(State<T>& state, const StepFactors& factors) const {
+    const kernels::StepConstants<T> constants = step_constants<T>(factors, length_unit());
+    const auto integrate = kernel_table().packed_integrate(factors.driven);
     // The integrating kernel leaves the forces zero for the next step.
     this->clear_like(state.displacement, state.force);
     const auto nodes = packed_nodes(state);

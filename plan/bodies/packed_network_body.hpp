@@ -34,7 +34,7 @@ private:
     State<T> linear_state(bool moving) const override;
     std::vector<Stage> linear_force_stages(State<T>& state) const override;
     PotentialEnergy linear_energy(State<T>& state) const override;
-    std::vector<Stage> linear_step_stages(State<T>& state, const StepParameters& parameters) const override;
+    std::vector<Stage> linear_step_stages(State<T>& state, const StepFactors& factors) const override;
     void describe_layout(PlanDescription& description) const override;
 
     kernels::SpringRuns<T> spring_runs() const;

@@ -60,36 +60,6 @@ std::string lattice_variant(bool face_diagonals, kernels::Volume volume, Accurac
            kVolumes[static_cast<int>(volume)] + ", " + std::string(name(accuracy)) + ">";
 }
 
-bool is_driven(const StepParameters& p) {
-    return p.mass_damping != 0 || p.acceleration[0] != 0 || p.acceleration[1] != 0 || p.acceleration[2] != 0;
-}
-
-template <class T>
-kernels::StepConstants<T> step_constants(const StepParameters& p, double length_unit) {
-    const auto allowed = [](double value, const char* what) {
-        return std::string(what) + (std::isfinite(value) ? " in the body's precision" : "");
-    };
-    if (!(static_cast<T>(p.time_step) > 0) || !std::isfinite(static_cast<T>(p.time_step))) {
-        refuse_value("time_step", p.time_step,
-                     p.time_step > 0 ? allowed(p.time_step, "finite and above 0") : "finite and above 0");
-    }
-    if (!(p.mass_damping >= 0) || !std::isfinite(p.mass_damping)) {
-        refuse_value("mass_damping", p.mass_damping, "finite and at least 0");
-    }
-    const double factor = 1 / (1 + p.time_step * p.mass_damping);
-    kernels::StepConstants<T> constants{};
-    constants.time_step = static_cast<T>(p.time_step);
-    constants.velocity_factor = static_cast<T>(factor);
-    constants.force_factor = static_cast<T>(p.time_step * factor);
-    for (std::size_t c = 0; c < 3; ++c) {
-        constants.velocity_gain[c] = static_cast<T>(p.acceleration[c] * p.time_step * factor / length_unit);
-        if (!std::isfinite(constants.velocity_gain[c])) {
-            refuse_value("acceleration", p.acceleration[c], allowed(p.acceleration[c], "finite"));
-        }
-    }
-    return constants;
-}
-
 template <class T>
 kernels::MeanConstants<T> mean_constants(const SpringConstants& springs, const PatternConstants& patterns) {
     const double k = springs.cube_diagonal;
@@ -100,8 +70,6 @@ kernels::MeanConstants<T> mean_constants(const SpringConstants& springs, const P
 
 template kernels::MeanConstants<float> mean_constants(const SpringConstants&, const PatternConstants&);
 template kernels::MeanConstants<double> mean_constants(const SpringConstants&, const PatternConstants&);
-template kernels::StepConstants<float> step_constants<float>(const StepParameters&, double);
-template kernels::StepConstants<double> step_constants<double>(const StepParameters&, double);
 
 std::string to_string(const PlanDescription& d) {
     std::ostringstream text;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/network.hpp"
 #include "hybmss/plan_options.hpp"
 #include "kernels/arguments.hpp"
@@ -38,13 +37,5 @@ template <class T>
 std::string precision_name() {
     return std::is_same_v<T, float> ? "float" : "double";
 }
-
-/// Whether a step needs more than forces.
-bool is_driven(const StepParameters& parameters);
-
-/// The constants of a step for a state in units of `length_unit` m. Throws std::invalid_argument for a bad time step or
-/// damping.
-template <class T>
-kernels::StepConstants<T> step_constants(const StepParameters& parameters, double length_unit);
 
 } // namespace hybmss

@@ -143,7 +143,7 @@ public:
     double run(long steps) {
         const auto start = std::chrono::steady_clock::now();
         if (operation_ == Operation::step) {
-            body_->workers().run(body_->step_stages(state_, parameters_), steps);
+            body_->workers().run(body_->step_stages(state_, step_factors(parameters_)), steps);
         } else {
             // As a plan's add_forces() does.
             const auto from = view();

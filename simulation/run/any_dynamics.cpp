@@ -117,7 +117,7 @@ template class ImplicitDynamics<double>;
 AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
                           const SimulationOptions& options) {
     const bool single = options.precision == Precision::float32;
-    if (method == SolverMethod::symplectic_euler) {
+    if (explicit_in_time(method)) {
         return single ? AnyDynamics(ExplicitDynamics<float>(lattice, material, options.plan))
                       : AnyDynamics(ExplicitDynamics<double>(lattice, material, options.plan));
     }

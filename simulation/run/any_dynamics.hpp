@@ -76,7 +76,7 @@ extern template class ImplicitDynamics<double>;
 using AnyDynamics =
     std::variant<ExplicitDynamics<float>, ExplicitDynamics<double>, ImplicitDynamics<float>, ImplicitDynamics<double>>;
 
-/// Explicit for symplectic Euler, else implicit.
+/// Explicit or implicit, as the method asks for.
 AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
                           const SimulationOptions& options);
 

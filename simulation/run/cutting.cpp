@@ -329,9 +329,10 @@ void Simulation::Implementation::cut_now() {
 
 std::size_t Simulation::remove_cells(std::span<const std::uint32_t> cells) {
     Implementation& body = *implementation_;
-    if (body.scene.solver.method != SolverMethod::symplectic_euler) {
-        throw std::invalid_argument("cells are cut only while a body moves by symplectic-euler, not with method = \"" +
-                                    std::string(name(body.scene.solver.method)) + "\"");
+    if (!explicit_in_time(body.scene.solver.method)) {
+        throw std::invalid_argument(
+            "cells are cut only while a body moves by symplectic-euler or leapfrog, not with method = \"" +
+            std::string(name(body.scene.solver.method)) + "\"");
     }
     if (body.meter) {
         throw std::invalid_argument("cells cannot be removed in a scene with energy_balance: the energy of what is "

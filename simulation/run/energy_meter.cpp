@@ -35,9 +35,26 @@ double EnergyBalance::relative_imbalance() const {
     return scale > 0 ? std::abs(imbalance()) / scale : 0;
 }
 
+EnergyMeter::Constants::Constants(const StepParameters& parameters, std::span<const double> mass, bool loads_change)
+    : step(parameters), time_step(parameters.time_step), masses(mass), changing_loads(loads_change), kick(time_step),
+      slowing(1 + time_step * parameters.mass_damping), braking(parameters.mass_damping), share(0) {
+    if (parameters.integrator == Integrator::leapfrog && braking > 0) {
+        const StepFactors factors = step_factors(parameters, parameters);
+        kick = factors.kick;
+        slowing = 1 / factors.velocity;
+        braking = 1 / factors.force - 1 / time_step;
+        share = (1 / time_step - factors.velocity / factors.force) / braking;
+    }
+}
+
 EnergyMeter::EnergyMeter(const Constants& constants, MeteredState start, std::vector<Vector3> velocities)
     : constants_(constants), last_(std::move(start)), start_(last_.displacements), velocity_(std::move(velocities)),
-      start_elastic_(last_.elastic), start_effects_(last_.effects) {}
+      start_elastic_(last_.elastic), start_effects_(last_.effects) {
+    if (constants.step.integrator == Integrator::leapfrog) { // given at the start itself, not half a step before
+        const StepFactors half = half_kick(constants.step);
+        velocity_ = kicked(-half.force, half.velocity, -half.acting);
+    }
+}
 
 double EnergyMeter::kinetic(std::span<const Vector3> next) const {
     double sum = 0;
@@ -49,19 +66,20 @@ double EnergyMeter::kinetic(std::span<const Vector3> next) const {
 
 /// With w the velocity before the last state and w' the one after it:
 ///
-///     damping force  -c m w'
-///     support force  R = m (w' - w)/dt + c m w' - f - m g - load
+///     damping force  -c m w', with leapfrog about -c m (w + w')/2
+///     support force  R = m (w' - w)/dt - damping force - f - m g - load
 ///     m g and loads, where they change
 ///
 /// each over the way dt (before w + after w').
 void EnergyMeter::add_works(std::span<const Vector3> next, double before, double after, Works& works) const {
-    const double dt = constants_.time_step, c = constants_.mass_damping;
+    const double dt = constants_.time_step, c = constants_.braking;
+    const auto slowed = [&](std::size_t n, std::size_t a) { return next[n][a] + constants_.share * velocity_[n][a]; };
     const auto way = [&](std::size_t n, std::size_t a) { return dt * (before * velocity_[n][a] + after * next[n][a]); };
     if (c > 0) {
         double sum = 0;
         for (std::size_t n = 0; n < next.size(); ++n) {
             for (std::size_t a = 0; a < 3; ++a) {
-                sum += constants_.masses[n] * next[n][a] * way(n, a);
+                sum += constants_.masses[n] * slowed(n, a) * way(n, a);
             }
         }
         works.mass_damping += c * sum;
@@ -76,7 +94,7 @@ void EnergyMeter::add_works(std::span<const Vector3> next, double before, double
         const std::size_t n = node.node;
         for (std::size_t a = 0; a < 3; ++a) {
             if (node.axes >> a & 1) {
-                const double inertia = (next[n][a] - velocity_[n][a]) / dt + c * next[n][a] - last_.gravity[a];
+                const double inertia = (next[n][a] - velocity_[n][a]) / dt + c * slowed(n, a) - last_.gravity[a];
                 const double load = last_.loads.empty() ? 0 : last_.loads[n][a];
                 works.supports += (constants_.masses[n] * inertia - last_.forces[n][a] - load) * way(n, a);
             }
@@ -158,22 +176,21 @@ void EnergyMeter::set_memory(std::span<const double> memory, MeteredState last) 
     last_ = std::move(last);
 }
 
-/// The velocity after the next step, were it taken.
-std::vector<Vector3> EnergyMeter::predicted() const {
-    const double dt = constants_.time_step;
+/// w by a kick at the last state; where it is held, after so many seconds.
+std::vector<Vector3> EnergyMeter::kicked(double kick, double slowing, double seconds) const {
     std::vector<Vector3> next = velocity_;
     for (std::size_t n = 0; n < next.size(); ++n) {
         for (std::size_t a = 0; a < 3; ++a) {
             const double load = last_.loads.empty() ? 0 : last_.loads[n][a];
-            next[n][a] += dt * ((last_.forces[n][a] + load) / constants_.masses[n] + last_.gravity[a]);
-            next[n][a] /= 1 + dt * constants_.mass_damping;
+            next[n][a] += kick * ((last_.forces[n][a] + load) / constants_.masses[n] + last_.gravity[a]);
+            next[n][a] /= slowing;
         }
     }
     for (std::size_t i = 0; i < last_.held.size(); ++i) {
         const PrescribedNode& node = last_.held[i];
         for (std::size_t a = 0; a < 3; ++a) {
             if (node.axes >> a & 1) {
-                next[node.node][a] = velocity_[node.node][a] + dt * last_.accelerations[i][a];
+                next[node.node][a] = velocity_[node.node][a] + seconds * last_.accelerations[i][a];
             }
         }
     }
@@ -183,7 +200,7 @@ std::vector<Vector3> EnergyMeter::predicted() const {
 EnergyBalance EnergyMeter::balance() const {
     EnergyBalance balance;
     Works works = works_;
-    const std::vector<Vector3> next = predicted();
+    const std::vector<Vector3> next = kicked(constants_.kick, constants_.slowing, constants_.time_step);
     const double kinetic_now = kinetic(next);
     if (begun_) {
         add_works(next, 0.5, 0, works);

@@ -4,6 +4,7 @@
 /// Where a run's energy comes from and goes to.
 
 #include "hybmss/simulation/simulation.hpp"
+#include "plan/bodies/step_factors.hpp"
 #include "simulation/run/boundary_conditions.hpp"
 
 #include <span>
@@ -28,17 +29,22 @@ struct MeteredState {
     std::vector<EffectEnergy> effects;
 };
 
-/// Adds up works and losses of semi-implicit Euler steps. With w = (u - u_before)/dt the step is the leapfrog method's,
-/// which conserves 1/2 m w . w_next + potential where forces are linear. Works are trapezoidal to match, F_n doing its
-/// work over (u_next - u_before)/2, so that nothing is lost by accounting but the third order of a step.
+/// Adds up works and losses of explicit steps. With w = (u - u_before)/dt semi-implicit Euler is the leapfrog method
+/// too, which conserves 1/2 m w . w_next + potential where forces are linear. Works are trapezoidal to match, F_n doing
+/// its work over (u_next - u_before)/2, so that nothing is lost by accounting but the third order of a step.
 class EnergyMeter {
 public:
     /// Constants of the run. The spans outlive the meter.
     struct Constants {
+        Constants(const StepParameters& parameters, std::span<const double> mass, bool loads_change);
+
+        StepParameters step;
         double time_step; ///< s
         std::span<const double> masses;
-        double mass_damping; ///< 1/s
         bool changing_loads; ///< loads or gravity change in time, and so have no potential
+        /// A step is w' = (w + kick (f/m + g)) / slowing, so the damping force -m braking (w' + share w).
+        double kick, slowing;  ///< s, 1
+        double braking, share; ///< 1/s, 1
     };
 
     /// `velocities` at the start.
@@ -62,7 +68,7 @@ private:
     };
     /// Works of the forces at the last state over half the way to it and half the way on, whose velocity is `next`.
     void add_works(std::span<const Vector3> next, double before, double after, Works& works) const;
-    std::vector<Vector3> predicted() const;
+    std::vector<Vector3> kicked(double kick, double slowing, double seconds) const;
     double kinetic(std::span<const Vector3> next) const;
 
     Constants constants_;

@@ -46,10 +46,11 @@ void check_size(const Scene& scene, std::size_t number) {
 
 Obstacles::Obstacles(const Scene& scene, double body_time_step)
     : entries_(scene.obstacles), cell_size_(scene.body.cell_size) {
-    if (!entries_.empty() && scene.solver.method != SolverMethod::symplectic_euler) {
-        throw scene_error(scene, "solver.method",
-                          "a scene with [[obstacle]] must be solved by \"symplectic-euler\": contact is computed in "
-                          "explicit steps only");
+    if (!entries_.empty() && !explicit_in_time(scene.solver.method)) {
+        throw scene_error(
+            scene, "solver.method",
+            "a scene with [[obstacle]] must be solved by \"symplectic-euler\" or \"leapfrog\": contact is "
+            "computed in explicit steps only");
     }
     for (std::size_t o = 0; o < entries_.size(); ++o) {
         const SceneObstacle& entry = entries_[o];

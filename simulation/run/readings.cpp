@@ -188,7 +188,7 @@ Settlement Simulation::Implementation::settlement(const Energies& energies) cons
 }
 
 long Simulation::Implementation::steps_between_checks() const {
-    return scene.solver.method == SolverMethod::symplectic_euler ? 50 : 1;
+    return explicit_in_time(scene.solver.method) ? 50 : 1;
 }
 
 std::string Simulation::Implementation::blow_up(const Energies& e) const {

@@ -46,14 +46,14 @@ double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) 
     if (scene.solver.method == SolverMethod::static_equilibrium) {
         return 0;
     }
-    const bool explicit_in_time = scene.solver.method == SolverMethod::symplectic_euler;
+    const bool small_steps = explicit_in_time(scene.solver.method);
     const double critical = frequencies.critical_time_step(scene.damping.stiffness);
     const double further =
         (largest_stiffening(scene.material.stiffening, kStrainInReach) - 1) * frequencies.springs + frequencies.crushed;
-    const double followed = explicit_in_time ? frequencies.critical_time_step(scene.damping.stiffness, further)
-                                             : kImplicitTimeSteps * frequencies.critical_time_step();
+    const double followed = small_steps ? frequencies.critical_time_step(scene.damping.stiffness, further)
+                                        : kImplicitTimeSteps * frequencies.critical_time_step();
     const double step = up_to_outputs(scene, scene.solver.time_step.value_or(kTimeStepFraction * followed));
-    if (explicit_in_time && step > critical) {
+    if (small_steps && step > critical) {
         throw scene_error(scene, "solver.time_step",
                           printed("above the stable time step; it must be above 0 and at most %.6g s (method = "
                                   "\"backward-euler\" takes any)",
@@ -79,10 +79,11 @@ void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
     if (scene.cuts.empty()) {
         return;
     }
-    if (scene.solver.method != SolverMethod::symplectic_euler) {
-        throw scene_error(scene, "cut[0].at",
-                          "cells are cut only while a body moves by symplectic-euler, not with method = \"" +
-                              std::string(name(scene.solver.method)) + "\"");
+    if (!explicit_in_time(scene.solver.method)) {
+        throw scene_error(
+            scene, "cut[0].at",
+            "cells are cut only while a body moves by symplectic-euler or leapfrog, not with method = \"" +
+                std::string(name(scene.solver.method)) + "\"");
     }
     if (scene.output.energy_balance) {
         throw scene_error(scene, "output.energy_balance",
@@ -186,14 +187,19 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     prescribe();
     check_start();
     if (scene.output.energy_balance) {
-        if (scene.solver.method != SolverMethod::symplectic_euler) {
+        if (!explicit_in_time(scene.solver.method)) {
             throw scene_error(scene, "output.energy_balance",
-                              "a scene with it must be solved by \"symplectic-euler\": the other methods do not keep "
-                              "energy, or have no time");
+                              "a scene with it must be solved by \"symplectic-euler\" or \"leapfrog\": the other "
+                              "methods do not keep energy, or have no time");
         }
-        meter.emplace(EnergyMeter::Constants{time_step, masses(), scene.damping.mass, has_tables()}, metered_state(),
+        meter.emplace(EnergyMeter::Constants(step_parameters(), masses(), has_tables()), metered_state(),
                       velocities_of(dynamics));
     }
+}
+
+StepParameters Simulation::Implementation::step_parameters() const {
+    const bool leapfrog = scene.solver.method == SolverMethod::leapfrog;
+    return {time_step, gravity, scene.damping.mass, leapfrog ? Integrator::leapfrog : Integrator::symplectic_euler};
 }
 
 void Simulation::Implementation::set_obstacles() {
@@ -304,7 +310,7 @@ std::string Simulation::Implementation::step(long count) {
         motion.obstacles = [this](long step) { return obstacles.at(time_after(steps + step)); };
     }
     const auto advance = [&](long n, const StepMotion& led) {
-        on_explicit([&](auto& d) { d.step({time_step, gravity, scene.damping.mass}, n, led); });
+        on_explicit([&](auto& d) { d.step(step_parameters(), n, led); });
         steps += n;
     };
     cut_now();
@@ -312,6 +318,9 @@ std::string Simulation::Implementation::step(long count) {
         const long next = std::min(end, schedule.next_step());
         while (steps < next) {
             const bool led = moving(), by_tables = time() < tables_end;
+            if (by_tables && scene.solver.method == SolverMethod::leapfrog) {
+                load_as_at(time() + time_step / 2); // what acts in a step is constant: its mean, to the second order
+            }
             advance(meter || by_tables ? 1 : (led ? std::min(next, last_step_of_motion()) : next) - steps,
                     led ? motion : StepMotion{});
             if (by_tables) {
@@ -335,12 +344,12 @@ void Simulation::Implementation::restore(std::span<const Vector3> displacements,
     apply_damping();
     set_obstacles(); // as they were before any cut, so that effects have the memory that they had
     cut_again(cuts);
-    set_state(dynamics, displacements, velocities);
+    set_effect_memory(dynamics, effect_memory);
+    set_state(dynamics, displacements, velocities); // whole steps, whatever the memory says of half ones
     steps = at_step;
     meter.reset(); // it knows of steps that have been taken back
     apply_loads();
     prescribe();
-    set_effect_memory(dynamics, effect_memory);
 }
 
 EquilibriumOptions Simulation::Implementation::equilibrium_options() const {

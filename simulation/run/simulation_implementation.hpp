@@ -126,6 +126,7 @@ struct Simulation::Implementation {
     /// What all cells were before any cut, as a checkpoint compares it.
     std::uint64_t scene_digest() const;
     void apply_damping();
+    StepParameters step_parameters() const;
     /// Takes steps in time. Returns why an implicit one did not converge, with the state before it kept; or "".
     std::string step(long count);
     /// Goes to equilibrium under the whole loading.

@@ -9,7 +9,7 @@ namespace hybmss {
 namespace scene_format {
 namespace {
 
-constexpr Range kMethod = words("\"symplectic-euler\", \"backward-euler\" or \"static\"");
+constexpr Range kMethod = words("\"symplectic-euler\", \"leapfrog\", \"backward-euler\" or \"static\"");
 
 // -- [body]
 
@@ -275,11 +275,11 @@ void relate_cut(const TableCheck& table, const Cut& cut) {
     }
 }
 
-constexpr KeyTable<Cut> kCut = {
-    "cut",
-    "Cells that are removed while the body moves, with `symplectic-euler`: those inside a box or a sphere, or behind a "
-    "plane; one of the three. Nodes keep their numbers, see \"Cuts\".",
-    kCutKeys, complete_cut, relate_cut};
+constexpr KeyTable<Cut> kCut = {"cut",
+                                "Cells that are removed while the body moves, with `symplectic-euler` or `leapfrog`: "
+                                "those inside a box or a sphere, or behind a "
+                                "plane; one of the three. Nodes keep their numbers, see \"Cuts\".",
+                                kCutKeys, complete_cut, relate_cut};
 
 constexpr Key<SceneObstacle> kObstacleKeys[] = {
     {"name", "", words("letters, digits, _ and -; different for each obstacle"), "\"obstacle_0\" and so on",
@@ -327,7 +327,7 @@ void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
 constexpr KeyTable<SceneObstacle> kObstacle = {
     "obstacle",
     "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere` "
-    "and `box`. Solved by symplectic-euler only.",
+    "and `box`. Solved by symplectic-euler or leapfrog.",
     kObstacleKeys, complete_obstacle};
 
 // -- [solver], [output] and [[probe]]
@@ -342,10 +342,12 @@ struct Duration : Member<&Solver::duration> {
 
 constexpr Key<Solver> kSolverKeys[] = {
     {"method", "", kMethod, "\"symplectic-euler\"",
-     "semi-implicit Euler, explicit in time; backward Euler, stable at any step; or the equilibrium alone",
+     "semi-implicit Euler, explicit in time; leapfrog, likewise and of the second order; backward Euler, stable at any "
+     "step; or the equilibrium alone",
      member_as<ChoiceFormat, &Solver::method>},
     {"time_step", "s",
-     above(0, kNoBound, "above 0; for symplectic-euler at most the stable time step, which `hybmss explain` prints"),
+     above(0, kNoBound,
+           "above 0; for symplectic-euler and leapfrog at most the stable time step, which `hybmss explain` prints"),
      "0.7 of the stable one; 20 times that for backward-euler", "length of a step; not used by static",
      member<&Solver::time_step>},
     {"duration", "s", from(1e-15, kNoBound, "at least 1e-15"), "none",
@@ -381,7 +383,7 @@ constexpr KeyTable<Solver> kSolver = {"solver", "How the motion or the equilibri
 constexpr Key<Output> kOutputKeys[] = {
     {"every", "s", kAbove0, "first and last state only", "time between results", member<&Output::every>},
     {"energy_balance", "", words("true or false"), "false",
-     "meter works and losses in every step, which makes it several times slower; symplectic-euler only",
+     "meter works and losses in every step, which makes it several times slower; symplectic-euler or leapfrog",
      member<&Output::energy_balance>},
     {"mass", "", words("true or false"), "false", "`mass` of the nodes (kg) in the .vtu files", member<&Output::mass>},
     {"reaction", "", words("true or false"), "false",

@@ -13,10 +13,11 @@
 namespace hybmss::price {
 
 /// One integrator at one step, on the paper's beam (4 x 4 x 24 cells, E = 10 MPa, nu = 0.3) that falls freely from
-/// rest, without damping, for two periods of its slowest bending.
+/// rest, without damping or with some by mass, for two periods of its slowest bending.
 struct TimeStepPoint {
     SolverMethod method = SolverMethod::symplectic_euler;
     Precision precision = Precision::float64;
+    bool damped = false;    ///< by a fifth of the critical damping of the slowest bending
     double time_step = 0;   ///< s
     double of_critical = 0; ///< over the stable step of the explicit method
     std::string failure;
@@ -26,8 +27,8 @@ struct TimeStepPoint {
     double drift = 0;  ///< its mean over the second period less that over the first
 };
 
-/// From large steps to small ones. The limit: semi-implicit Euler in double at two steps below all others, extrapolated
-/// by its order 1. `halvings`: how many steps an integrator has.
+/// From large steps to small ones. The limit: leapfrog in double at two steps below all others, extrapolated by its
+/// order 2. `halvings`: how many steps an integrator has.
 std::vector<TimeStepPoint> measure_time_steps(int halvings, const std::function<void(const std::string&)>& progress);
 
 paper::Table time_step_table(const std::vector<TimeStepPoint>& points);

@@ -29,7 +29,7 @@ Material cube_material() {
 }
 
 struct Vibration {
-    Vectors shape; ///< m, so small that springs are linear to one part in ten thousand
+    Vectors shape; ///< m, so small that springs are linear to one part in ten million
     double omega = 0;
 };
 
@@ -51,7 +51,7 @@ Vibration slowest_vibration() {
         const auto first = static_cast<Eigen::Index>(3 * n);
         vibration.shape.push_back(solver.eigenvectors().col(kFirst).segment<3>(first) / root_mass(first));
     }
-    const double scale = 1e-4 * kCellSize / greatest_length(vibration.shape);
+    const double scale = 1e-7 * kCellSize / greatest_length(vibration.shape);
     for (Vector3d& u : vibration.shape) {
         u *= scale;
     }
@@ -65,11 +65,12 @@ struct Motion {
     std::function<double()> energy;
 };
 
-Motion semi_implicit_euler(const Vibration& vibration) {
+template <hybmss::Integrator integrator>
+Motion small_steps(const Vibration& vibration) {
     const auto motion = std::make_shared<BodyMotion<double>>(cube(), cube_material());
     motion->set_displacements(vibration.shape);
     return {[=](double time_step) {
-                motion->step({time_step, {0, 0, 0}, 0}, 1);
+                motion->step({time_step, {0, 0, 0}, 0, integrator}, 1);
             },
             [=] { return motion->displacements(); }, [=] { return motion->energy(); }};
 }
@@ -126,15 +127,16 @@ double IntegratorStudy::observed_order() const {
 }
 
 std::vector<IntegratorStudy> study_integrators() {
-    struct Integrator {
+    struct Method {
         const char* name;
         Motion (*make)(const Vibration&);
     };
     constexpr int kPeriods = 20, kEnergySteps = 40, kStepsBetweenSamples = 4;
     const Vibration vibration = slowest_vibration();
     std::vector<IntegratorStudy> studies;
-    for (const Integrator& integrator :
-         {Integrator{"semi-implicit Euler", semi_implicit_euler}, Integrator{"backward Euler", backward_euler}}) {
+    for (const Method& integrator :
+         {Method{"semi-implicit Euler", small_steps<Integrator::symplectic_euler>},
+          Method{"leapfrog", small_steps<Integrator::leapfrog>}, Method{"backward Euler", backward_euler}}) {
         IntegratorStudy& study = studies.emplace_back();
         study.integrator = integrator.name;
         for (const int steps : {40, 80, 160, 320, 640}) {

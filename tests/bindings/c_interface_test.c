@@ -417,13 +417,13 @@ static void refused_fields(void) {
 static void motion(void) {
     hybmss_body* body = box();
     hybmss_dynamics *dynamics = NULL, *none = NULL;
-    hybmss_step_parameters parameters = {0, {0, 0, -10}, 0};
+    hybmss_step_parameters parameters = {0, {0, 0, -10}, 0, HYBMSS_SYMPLECTIC_EULER};
     hybmss_prescribed_node held = {0, 7, {0, 0, 0}, {0, 0, 0}};
     hybmss_nodal_load load = {NODES - 1, {1, 0, 0}};
     static double u[3 * NODES], v[3 * NODES], masses[NODES];
     hybmss_field to_u = hybmss_double_field(u, NODES, 3), to_v = hybmss_double_field(v, NODES, 3);
     hybmss_const_field from_u = hybmss_const_double_field(u, NODES, 3);
-    double dt = 0, springs = -1, volume = -1, kinetic = -1, mass = 0, momentum = 0;
+    double dt = 0, springs = -1, volume = -1, kinetic = -1, mass = 0, momentum = 0, fallen = 0;
     int64_t steps = -1;
     size_t n;
 
@@ -450,6 +450,19 @@ static void motion(void) {
     OK(hybmss_dynamics_energies(dynamics, NULL, NULL, NULL));
     OK(hybmss_dynamics_not_finite_at(dynamics, &steps));
     EXPECT(steps == 0);
+
+    /* Leapfrog falls as the equation says: from u and v = g t, u by v t' + g t'^2 / 2. */
+    OK(hybmss_dynamics_get_displacements(dynamics, &to_u));
+    fallen = u[2];
+    parameters.integrator = HYBMSS_LEAPFROG;
+    OK(hybmss_dynamics_step(dynamics, &parameters, 10));
+    OK(hybmss_dynamics_get_displacements(dynamics, &to_u));
+    EXPECT(fabs(u[2] - fallen + 10 * (100 + 50) * parameters.time_step * parameters.time_step) < 1e-12);
+    OK(hybmss_dynamics_get_velocities(dynamics, &to_v));
+    EXPECT(fabs(v[2] + 10 * 20 * parameters.time_step) < 1e-12);
+    parameters.integrator = 2;
+    REFUSED(hybmss_dynamics_step(dynamics, &parameters, 1), "integrator = 2");
+    parameters.integrator = HYBMSS_SYMPLECTIC_EULER;
 
     /* Held and loaded nodes. */
     OK(hybmss_dynamics_prescribe(dynamics, &held, 1));

@@ -280,8 +280,10 @@ private:
 
     void step() {
         hybmss_dynamics* const dynamics = dynamics_.pick(a_).object;
-        const hybmss_step_parameters parameters = {
-            a_.seldom() ? a_.number() : 1e-3, {0, a_.seldom() ? a_.number() : -10, 0}, a_.seldom() ? a_.number() : 0};
+        const hybmss_step_parameters parameters = {a_.seldom() ? a_.number() : 1e-3,
+                                                   {0, a_.seldom() ? a_.number() : -10, 0},
+                                                   a_.seldom() ? a_.number() : 0,
+                                                   a_.below(2) == 0 ? HYBMSS_SYMPLECTIC_EULER : HYBMSS_LEAPFROG};
         checked(hybmss_dynamics_step(dynamics, a_.seldom() ? nullptr : &parameters,
                                      a_.seldom() ? -a_.below(100) : a_.below(3)));
     }

@@ -36,7 +36,7 @@ bool is_small(const SceneBody& body) {
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         Scene scene = parse_scene(fuzz::text(data, size), "scene.toml");
-        const bool explicit_steps = scene.solver.method == SolverMethod::symplectic_euler;
+        const bool explicit_steps = explicit_in_time(scene.solver.method);
         if (is_small(scene.body)) {
             SimulationOptions options;
             options.plan.threads = 1;

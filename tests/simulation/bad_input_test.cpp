@@ -100,8 +100,9 @@ const BadLine kBadLines[] = {
     {"BadAxis", "translate = [0, -0.1, 0]", "rotate = {axis = \"w\", degrees = 3}",
      "s.toml:12:18: move.rotate.axis = \"w\": it must be \"x\", \"y\" or \"z\""},
     {"TranslateInfinite", "translate = [0, -0.1, 0]", "translate = [0, inf, 0]", "s.toml:12:13: move.translate"},
-    {"UnknownMethod", "method = \"symplectic-euler\"", "method = \"leapfrog\"",
-     "s.toml:17:10: solver.method = \"leapfrog\": it must be \"symplectic-euler\", \"backward-euler\" or \"static\""},
+    {"UnknownMethod", "method = \"symplectic-euler\"", "method = \"midpoint\"",
+     "s.toml:17:10: solver.method = \"midpoint\": it must be \"symplectic-euler\", \"leapfrog\", \"backward-euler\" or "
+     "\"static\""},
     {"MissingDuration", "duration = 30", "", "s.toml:16:1: solver.duration: missing; it must be at least 1e-15"},
     {"ZeroLoadSteps", "method = \"symplectic-euler\"", "load_steps = 0",
      "s.toml:17:14: solver.load_steps = 0: it must be an integer, at least 1"},

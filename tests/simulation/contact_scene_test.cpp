@@ -19,14 +19,18 @@ const std::string kCube = "[body]\ncells = [4, 4, 4]\ncell_size = 0.1\n[material
                           "poisson_ratio = 0.3\ndensity = 1000\n";
 const std::string kMetered = "[output]\nenergy_balance = true\n";
 
-/// The balance of a whole scene, which must close.
+/// The balance of a whole scene, which must close; by leapfrog too.
 EnergyBalance balance_of(const std::string& text) {
-    Simulation simulation(parse_scene(text, "s.toml"));
-    const Summary summary = simulation.run();
-    EXPECT_EQ(summary.failure, "");
-    EXPECT_TRUE(summary.balance);
-    const EnergyBalance balance = summary.balance.value_or(EnergyBalance{});
-    EXPECT_LT(balance.relative_imbalance(), 1e-3) << balance.imbalance();
+    EnergyBalance balance;
+    Scene scene = parse_scene(text, "s.toml");
+    for (const SolverMethod method : {SolverMethod::leapfrog, SolverMethod::symplectic_euler}) {
+        scene.solver.method = method;
+        const Summary summary = Simulation(scene).run();
+        EXPECT_EQ(summary.failure, "");
+        EXPECT_TRUE(summary.balance);
+        balance = summary.balance.value_or(EnergyBalance{});
+        EXPECT_LT(balance.relative_imbalance(), 1e-3) << balance.imbalance() << ", " << name(method);
+    }
     return balance;
 }
 

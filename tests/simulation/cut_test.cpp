@@ -234,7 +234,7 @@ TEST(CutScene, is_refused_where_nothing_moves_step_by_step) {
             FAIL() << method;
         } catch (const SceneError& error) {
             EXPECT_EQ(std::string(error.what()), "s.toml:24:6: cut.at = 0.2: cells are cut only while a body moves by "
-                                                 "symplectic-euler, not with method = \"" +
+                                                 "symplectic-euler or leapfrog, not with method = \"" +
                                                      std::string(method) + "\"");
         }
     }

@@ -242,6 +242,7 @@ inline RandomScene random_motion(Draw& draw) {
     text += printed("[solver]\nmethod = \"%s\"\nduration = %.9g\n",
                     method == 0   ? "static"
                     : method == 1 ? "backward-euler"
+                    : method == 2 ? "leapfrog"
                                   : "symplectic-euler",
                     over);
     text += draw.chance(0.3) ? "tolerance = 1e-3\n" : "";

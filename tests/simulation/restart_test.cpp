@@ -94,6 +94,8 @@ const Method kMethods[] = {
     {"ExplicitNetwork", "duration = 1.1", Precision::float32, "network"},
     {"ExplicitOneTile", "duration = 1.1", Precision::float32, "flat-rows", true},
     {"ExplicitSettled", "duration = 90\ntolerance = 0.1", Precision::float64, ""},
+    {"Leapfrog", "duration = 1.1\nmethod = \"leapfrog\"", Precision::float64, ""},
+    {"LeapfrogFloatNetwork", "duration = 1.1\nmethod = \"leapfrog\"", Precision::float32, "network"},
     {"Implicit", "duration = 0.5\nmethod = \"backward-euler\"", Precision::float64, ""},
     {"ImplicitMultigrid", "duration = 0.5\nmethod = \"backward-euler\"\npreconditioner = \"multigrid\"",
      Precision::float64, ""},

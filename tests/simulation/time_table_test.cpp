@@ -17,6 +17,12 @@ const std::string kBlock = "[body]\ncells = [2, 3, 4]\ncell_size = 0.1\n"
 const std::string kInTime = "[solver]\nduration = 0.5\ntime_step = 0.001\n";
 const std::string kImplicit = "[solver]\nmethod = \"backward-euler\"\nduration = 0.5\ntime_step = 0.02\n";
 
+Scene by_leapfrog(const std::string& text) {
+    Scene scene = parse_scene(text, "s.toml");
+    scene.solver.method = SolverMethod::leapfrog;
+    return scene;
+}
+
 std::string refusal(const std::string& text) {
     try {
         Simulation simulation(parse_scene(text, "s.toml"));
@@ -202,6 +208,7 @@ TEST(TimeTable, works_are_in_the_energy_balance) {
                                   "[gravity]\nacceleration = [[0, 0, 0, 0], [0.2, 5, -10, 0], [0.3, 0, 0, 0]]\n"
                                   "[[start]]\nvelocity = [1, 1, 0]\n" +
                                   kInTime;
+    EXPECT_LT(Simulation(by_leapfrog(free_fall)).run().balance.value().relative_imbalance(), 1e-3);
     const EnergyBalance rigid = Simulation(parse_scene(free_fall, "s.toml")).run().balance.value();
     EXPECT_LT(rigid.relative_imbalance(), 1e-11);
     EXPECT_GT(rigid.gravity, 1);
@@ -218,13 +225,27 @@ TEST(TimeTable, works_are_in_the_energy_balance) {
     EXPECT_LT(constant.relative_imbalance(), 1e-5);
 }
 
+/// Under g = -10 t/s a body falls by 10 t^3 / 6.
+TEST(TimeTable, leapfrog_follows_it_by_the_second_order) {
+    double errors[2];
+    for (const int halving : {0, 1}) {
+        Scene scene = by_leapfrog(kBlock + "[gravity]\nacceleration = [[0, 0, 0, 0], [1, 0, -10, 0]]\n" + kInTime);
+        scene.solver.time_step = 0.001 / (1 << halving);
+        Simulation simulation(scene);
+        simulation.run();
+        errors[halving] = simulation.displacements()[0][1] + 10 * std::pow(0.5, 3) / 6;
+    }
+    EXPECT_NEAR(errors[0] / errors[1], 4, 0.01);
+}
+
 /// Stopped at every check, and so in the midst of the tables.
 TEST(TimeTable, goes_on_from_a_checkpoint_with_the_same_bits) {
     const test::TemporaryDirectory directory;
     const std::string file = directory.path() / "checkpoint";
-    for (const std::string& solver : {"[output]\nenergy_balance = true\n" + kInTime, kImplicit}) {
-        const Scene scene =
-            parse_scene(kChanging + "[[start]]\nwhere = \"y-min\"\nvelocity = [0, 0, 0.3]\n" + solver, "s.toml");
+    const std::string kStarted = kChanging + "[[start]]\nwhere = \"y-min\"\nvelocity = [0, 0, 0.3]\n",
+                      kInSteps = kStarted + "[output]\nenergy_balance = true\n" + kInTime;
+    for (const Scene& scene :
+         {parse_scene(kInSteps, "s.toml"), by_leapfrog(kInSteps), parse_scene(kStarted + kImplicit, "s.toml")}) {
         Simulation whole(scene);
         const Summary all = whole.run();
         Simulation parts(scene);

@@ -131,16 +131,26 @@ TEST(Price, SpringsOnMeansErrLessOnTheSameMesh) {
     }
 }
 
-TEST(Price, TimeStepsAreOfTheFirstOrder) {
+TEST(Price, TimeStepsAreOfTheirOrders) {
     const std::vector<TimeStepPoint> points = measure_time_steps(2, [](const std::string&) {});
-    ASSERT_EQ(points.size(), 8u);
-    const TimeStepPoint &large = points[0], &small = points[1];
-    EXPECT_EQ(large.method, SolverMethod::symplectic_euler);
-    EXPECT_NEAR(std::log2(large.error / small.error), 1, 0.02);
-    EXPECT_NEAR(std::log2(large.energy / small.energy), 1, 0.02);
-    EXPECT_LT(large.error, 2e-3);
-    EXPECT_LT(std::abs(large.drift), 1e-4); // it keeps the energy near its own
-    const TimeStepPoint& implicit_point = points[4];
+    ASSERT_EQ(points.size(), 16u);
+    const auto expect_order = [&](std::size_t first, SolverMethod method, bool damped, double order) {
+        const TimeStepPoint &large = points[first], &small = points[first + 1];
+        EXPECT_EQ(large.method, method);
+        EXPECT_EQ(large.damped, damped);
+        EXPECT_NEAR(std::log2(large.error / small.error), order, 0.05) << name(method) << " " << damped;
+        if (!damped) {
+            EXPECT_NEAR(std::log2(large.energy / small.energy), order, 0.05) << name(method);
+            EXPECT_LT(std::abs(large.drift), 1e-4) << name(method); // it keeps the energy near its own
+        }
+    };
+    expect_order(0, SolverMethod::symplectic_euler, false, 1);
+    expect_order(4, SolverMethod::symplectic_euler, true, 1);
+    expect_order(6, SolverMethod::leapfrog, false, 2);
+    expect_order(10, SolverMethod::leapfrog, true, 2);
+    EXPECT_LT(points[0].error, 2e-3);
+    EXPECT_LT(points[6].error, 0.1 * points[0].error); // at the same step
+    const TimeStepPoint& implicit_point = points[12];
     EXPECT_EQ(implicit_point.method, SolverMethod::backward_euler);
     EXPECT_LT(implicit_point.drift, -0.1); // it takes energy out
     EXPECT_EQ(time_step_table(points).rows.size(), points.size());

@@ -149,6 +149,12 @@ def test_motion():
     dt = body.critical_time_step / 2
     body.step(dt, 10, acceleration=[0, 0, -10])
     assert body.velocities[:, 2] == pytest.approx(-100 * dt)
+    before = body.displacements[:, 2]
+    body.step(dt, 10, acceleration=[0, 0, -10], integrator="leapfrog")  # falls as the equation says
+    assert body.displacements[:, 2] - before == pytest.approx(-10 * (100 + 50) * dt**2)
+    assert body.velocities[:, 2] == pytest.approx(-200 * dt)
+    with pytest.raises(ValueError, match="integrator = \"euler\""):
+        body.step(dt, integrator="euler")
     body.prescribe([0, 1], "xz")
     body.load([7], [1, 0, 0])
     body.step(dt)
@@ -160,7 +166,7 @@ def test_motion():
     assert body.critical_time_step < 2 * dt
     assert body.finite and body.not_finite_at == 0
     body.step(1e6 * dt, 1000, acceleration=[0, 0, -10])
-    assert not body.finite and body.not_finite_at == 1011
+    assert not body.finite and body.not_finite_at == 1021
     masses = body.masses
     del body
     assert masses.sum() > 0  # keeps the body alive

@@ -181,12 +181,16 @@ struct Probe {
 
 enum class SolverMethod {
     symplectic_euler,   ///< explicit in time: many small steps
+    leapfrog,           ///< likewise, of the second order
     backward_euler,     ///< implicit in time: stable at any step, with numerical damping
     static_equilibrium, ///< no time at all: supports and loads at their final values
 };
 
-/// "symplectic-euler", "backward-euler" or "static".
+/// "symplectic-euler", "leapfrog", "backward-euler" or "static".
 std::string_view name(SolverMethod method);
+constexpr bool explicit_in_time(SolverMethod method) {
+    return method == SolverMethod::symplectic_euler || method == SolverMethod::leapfrog;
+}
 
 struct Solver {
     SolverMethod method = SolverMethod::symplectic_euler;
