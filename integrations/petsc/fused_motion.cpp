@@ -29,7 +29,7 @@ public:
     void step(const StepParameters& parameters, long count) override {
         for (long s = 0; s < count; ++s) {
             if (planned_.body) {
-                take_steps<T>(*planned_.body, state_, parameters, {{}, held_, {}}, 1);
+                take_steps<T>(*planned_.body, state_, step_factors(parameters), {{}, held_, {}}, 1);
             }
             exchange();
         }
