@@ -2,8 +2,8 @@
 
 #include "app/command_line.hpp"
 #include "layouts/messages.hpp"
+#include "plan/bodies/layout_table.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
@@ -95,11 +95,10 @@ std::filesystem::path default_wisdom_file() {
 }
 
 void require_lattice_layout(const std::string& option, const std::string& layout, const std::string& besides) {
-    const std::vector<std::string> known = lattice_layouts();
-    if (layout.empty() || std::find(known.begin(), known.end(), layout) != known.end()) {
-        return;
+    if (!layout.empty() && !is_layout(layout, false)) {
+        throw std::invalid_argument(option + " " + layout + ": not known; allowed are " +
+                                    joined(lattice_layouts(), ", ") + besides);
     }
-    throw std::invalid_argument(option + " " + layout + ": not known; allowed are " + joined(known, ", ") + besides);
 }
 
 } // namespace hybmss

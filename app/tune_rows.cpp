@@ -130,7 +130,8 @@ PlanDescription describe_plan(const TuneRow& row, const PlanOptions& options) {
 std::vector<ExhaustiveFigure> time_exhaustively(const TuneRow& row, const PlanOptions& options, double seconds) {
     constexpr double kSlice = 10e-3;
     const std::vector<Candidate> tried =
-        candidates(row.as_network ? network_layouts() : lattice_layouts(), options, row.lattice.grid_node_count());
+        candidates(row.as_network ? network_layouts() : layouts_to_try(row.lattice, row.material), options,
+                   row.lattice.grid_node_count());
     std::vector<Trial> trials;
     for (const Candidate& candidate : tried) {
         const PlanOptions fixed = fixed_options(options, candidate);

@@ -2,6 +2,7 @@
 
 #include "bench/standard_bodies.hpp"
 #include "layouts/messages.hpp"
+#include "plan/bodies/layout_table.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -83,7 +84,7 @@ std::vector<std::string> row_layouts() {
 
 void check_layout(const std::string& layout) {
     const std::vector<std::string> known = row_layouts();
-    if (std::find(known.begin(), known.end(), layout) == known.end()) {
+    if (std::find(known.begin(), known.end(), layout) == known.end() && !is_layout(layout, false)) {
         throw std::invalid_argument("--layout " + layout + ": it must be all or one of " + joined(known, ", "));
     }
 }

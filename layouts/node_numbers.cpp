@@ -25,18 +25,26 @@ std::uint32_t NodeNumbers::of(std::size_t grid_node) const {
 }
 
 void append_node(std::vector<NodeRun>& runs, std::size_t index) {
-    const std::size_t node = runs.empty() ? 0 : runs.back().node + runs.back().length;
-    if (runs.empty() || runs.back().index + runs.back().length != index) {
-        runs.push_back({node, index, 0});
+    if (runs.empty()) {
+        runs.push_back({0, index, 1});
+        return;
     }
-    ++runs.back().length;
+    NodeRun& last = runs.back();
+    if (last.length == 1 && index > last.index) {
+        last.stride = index - last.index;
+    }
+    if (last.index + last.length * last.stride == index) {
+        ++last.length;
+    } else {
+        runs.push_back({last.node + last.length, index, 1});
+    }
 }
 
 std::size_t index_in(const std::vector<NodeRun>& runs, std::size_t node) {
     const auto after =
         std::upper_bound(runs.begin(), runs.end(), node, [](std::size_t n, const NodeRun& r) { return n < r.node; });
     const NodeRun& run = *(after - 1);
-    return run.index + (node - run.node);
+    return run.index + (node - run.node) * run.stride;
 }
 
 } // namespace hybmss

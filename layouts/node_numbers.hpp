@@ -27,14 +27,16 @@ private:
     std::vector<std::uint32_t> nodes_; ///< grid indices, ascending; empty where every grid node is one of the body
 };
 
-/// A run of consecutive nodes of the body that are also consecutive in the layout.
+/// A run of consecutive nodes of the body that lie at even distances in the layout.
 struct NodeRun {
     std::size_t node;
     std::size_t index;
     std::size_t length;
+    std::size_t stride = 1;
 };
 
-/// Adds the body's next node, which lies at `index`, to the last run where that goes on there.
+/// Adds the body's next node, which lies at `index`, to the last run where that goes on there; the second of a run says
+/// by which stride.
 void append_node(std::vector<NodeRun>& runs, std::size_t index);
 
 /// The layout index of a node that one of the runs holds; they ascend by node.

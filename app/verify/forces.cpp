@@ -135,14 +135,10 @@ void compare(const TestBody& body, const MatrixOptions& options, RowTable& table
 std::vector<RowKey> kernel_keys(const TestBody& body, const std::vector<InstructionSet>& sets,
                                 const std::string& precision) {
     std::vector<std::string> layouts = body.lattice ? distinct_lattice_layouts() : network_layouts();
-    // What no plan takes by itself, a network's layouts but the first, would make the matrix half as long again on the
-    // largest lattices.
-    constexpr std::size_t kLarge = 5000;
-    const bool lattice_alone = body.material.crush.any(); // which no network has
-    if (body.lattice && (lattice_alone || body.lattice->cell_count() > kLarge)) {
+    if (body.material.crush.any()) { // which no network has
         const std::vector<std::string> networks = network_layouts();
         std::erase_if(layouts, [&](const std::string& layout) {
-            return std::find(networks.begin() + (lattice_alone ? 0 : 1), networks.end(), layout) != networks.end();
+            return std::find(networks.begin(), networks.end(), layout) != networks.end();
         });
     }
     std::vector<RowKey> keys;

@@ -66,7 +66,7 @@ std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& r
 
 Table step_benchmark(const RowChoices& choices) {
     Table table{kIntroduction, {}};
-    for (const BenchRow& row : step_rows(choices.with_layouts({"lattice", "network"}))) {
+    for (const BenchRow& row : step_rows(choices.with_layouts({"lattice", "network", "coloured-soa"}))) {
         table.rows.push_back(
             {name(row), row.threads, heading(), std::max(3L, std::lround(choices.seconds / (2 * kSliceSeconds))),
              [row](benchmark::State& state) {

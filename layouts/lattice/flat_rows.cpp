@@ -2,42 +2,69 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+#include <utility>
 
 namespace hybmss {
 namespace {
 
-std::size_t lanes_of(const Lattice& lattice, const LatticeAxes& axes) {
-    return padded(static_cast<std::size_t>(lattice.cells()[axes[0]] + 1) *
-                  static_cast<std::size_t>(lattice.cells()[axes[1]] + 1));
+// The cost of a sweep, by that of a lane with cells: of a layer, of a lane with the last row's nodes alone, and of the
+// topmost plane's.
+constexpr double kLayer = 4, kLast = 0.35, kTop = 0.35;
+constexpr std::size_t kSmall = 4096; // nodes
+/// Rows along x are what callers' memory is like, and what bodies had before.
+constexpr double kWorthIt = 0.97;
+
+std::size_t count_of(const Lattice& lattice, const LatticeAxes& axes, std::size_t axis) {
+    return static_cast<std::size_t>(lattice.cells()[axes[axis]]);
 }
 
-/// Planes normal to y where that sweeps fewer lanes and leaves layers enough to share among threads.
-LatticeAxes choose_axes(const Lattice& lattice) {
-    constexpr LatticeAxes kNormalToZ = {0, 1, 2}, kNormalToY = {0, 2, 1};
-    const auto cost = [&](const LatticeAxes& axes) {
-        return lanes_of(lattice, axes) * static_cast<std::size_t>(lattice.cells()[axes[2]]);
-    };
-    constexpr std::size_t kSmall = 4096;
-    const bool layers_enough = lattice.cells()[1] >= 8 || lattice.grid_node_count() < kSmall;
-    return layers_enough && 32 * cost(kNormalToY) < 31 * cost(kNormalToZ) ? kNormalToY : kNormalToZ;
+std::size_t lanes_of(const Lattice& lattice, const LatticeAxes& axes) {
+    return padded((count_of(lattice, axes, 0) + 1) * (count_of(lattice, axes, 1) + 1));
+}
+
+/// Of a plane's lanes, those that hold all cells.
+std::size_t cell_lanes_of(const Lattice& lattice, const LatticeAxes& axes) {
+    return padded((count_of(lattice, axes, 0) + 1) * count_of(lattice, axes, 1));
+}
+
+/// What a sweep costs, by a lane with cells.
+double sweep_cost(const Lattice& lattice, const LatticeAxes& axes) {
+    const auto cells = static_cast<double>(cell_lanes_of(lattice, axes)),
+               lanes = static_cast<double>(lanes_of(lattice, axes)),
+               layers = static_cast<double>(count_of(lattice, axes, 2));
+    return layers * (kLayer + cells + kLast * (lanes - cells)) + kTop * lanes;
+}
+
+/// To share among threads.
+bool layers_enough(const Lattice& lattice, const LatticeAxes& axes) {
+    return count_of(lattice, axes, 2) >= 8 || lattice.grid_node_count() < kSmall;
 }
 
 /// Whether each layer of cells is like the one below it; the lowest is not.
 std::vector<bool> layers_alike(const Lattice& lattice, const LatticeAxes& axes) {
-    const auto count = [&](std::size_t axis) { return lattice.cells()[axes[axis]]; };
-    const auto row = [&](int j, int k) { // rows lie along x
-        std::array<int, 3> cell{};
-        cell[axes[1]] = j, cell[axes[2]] = k;
-        return lattice.cell_scales().begin() +
-               static_cast<std::ptrdiff_t>(lattice.cell_index(cell[0], cell[1], cell[2]));
+    const std::size_t by_axis[3] = {1, static_cast<std::size_t>(lattice.cells()[0]),
+                                    static_cast<std::size_t>(lattice.cells()[0]) *
+                                        static_cast<std::size_t>(lattice.cells()[1])};
+    const std::size_t nx = count_of(lattice, axes, 0), ny = count_of(lattice, axes, 1), nz = count_of(lattice, axes, 2);
+    const std::span<const float> scales = lattice.cell_scales();
+    const auto row_is_alike = [&](std::size_t j, std::size_t k) {
+        const float* cell = scales.data() + j * by_axis[axes[1]] + k * by_axis[axes[2]];
+        const std::size_t step = by_axis[axes[0]], below = by_axis[axes[2]];
+        for (std::size_t i = 0; i < nx; ++i, cell += step) {
+            if (*cell != *(cell - below)) {
+                return false;
+            }
+        }
+        return true;
     };
-    std::vector<bool> alike(static_cast<std::size_t>(count(2)), false);
-    for (int k = 1; k < count(2); ++k) {
-        int j = 0;
-        while (j < count(1) && std::equal(row(j, k), row(j, k) + count(0), row(j, k - 1))) {
+    std::vector<bool> alike(nz, false);
+    for (std::size_t k = 1; k < nz; ++k) {
+        std::size_t j = 0;
+        while (j < ny && row_is_alike(j, k)) {
             ++j;
         }
-        alike[static_cast<std::size_t>(k)] = j == count(1);
+        alike[k] = j == ny;
     }
     return alike;
 }
@@ -56,16 +83,43 @@ std::vector<std::size_t> shared_stiffness(const Lattice& lattice, const LatticeA
 
 } // namespace
 
+LatticeAxes plain_axes(const Lattice& lattice) {
+    constexpr LatticeAxes kNormalToZ = {0, 1, 2}, kNormalToY = {0, 2, 1};
+    const auto cost = [&](const LatticeAxes& axes) { return lanes_of(lattice, axes) * count_of(lattice, axes, 2); };
+    return layers_enough(lattice, kNormalToY) && 32 * cost(kNormalToY) < 31 * cost(kNormalToZ) ? kNormalToY
+                                                                                               : kNormalToZ;
+}
+
+std::vector<LatticeAxes> axes_by_cost(const Lattice& lattice, bool shared) {
+    std::vector<LatticeAxes> orders = {plain_axes(lattice)};
+    LatticeAxes axes = {0, 1, 2};
+    do {
+        if (axes != orders.front() && (!shared || layers_enough(lattice, axes))) {
+            orders.push_back(axes);
+        }
+    } while (std::next_permutation(axes.begin(), axes.end()));
+    const double plain = sweep_cost(lattice, orders.front());
+    const auto cost = [&](const LatticeAxes& order) {
+        return order == orders.front() ? kWorthIt * plain : sweep_cost(lattice, order);
+    };
+    std::vector<std::pair<double, LatticeAxes>> ranked;
+    for (const LatticeAxes& order : orders) {
+        ranked.emplace_back(cost(order), order);
+    }
+    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& p, const auto& q) { return p.first < q.first; });
+    std::transform(ranked.begin(), ranked.end(), orders.begin(), [](const auto& p) { return p.second; });
+    return orders;
+}
+
 template <class T>
-LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material) {
+LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, const LatticeAxes& axes) {
     LatticeArrays<T> a;
-    a.axes = choose_axes(lattice);
+    a.axes = axes;
     a.cell_size = lattice.cell_size();
-    const auto count = [&](std::size_t axis) { return static_cast<std::size_t>(lattice.cells()[a.axes[axis]]) + 1; };
-    const std::size_t rows = count(1), lanes = lanes_of(lattice, a.axes);
-    a.row = count(0);
-    a.cell_lanes = padded(a.row * (rows - 1));
-    a.planes = count(2);
+    const std::size_t rows = count_of(lattice, axes, 1) + 1, lanes = lanes_of(lattice, axes);
+    a.row = count_of(lattice, axes, 0) + 1;
+    a.cell_lanes = cell_lanes_of(lattice, axes);
+    a.planes = count_of(lattice, axes, 2) + 1;
     a.plane = padded(lanes + a.row + 1);
     for (std::size_t k = 0; k <= a.planes; ++k) {
         a.begin.push_back(k * a.plane);
@@ -97,11 +151,12 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material) {
 
     // The body's nodes in its own order: x fastest, then y, then z.
     const auto [nx, ny, nz] = lattice.cells();
-    const std::size_t y_stride = a.axes[1] == 1 ? a.row : a.plane, z_stride = a.axes[1] == 1 ? a.plane : a.row;
+    std::size_t stride[3];
+    stride[axes[0]] = 1, stride[axes[1]] = a.row, stride[axes[2]] = a.plane;
     for (std::size_t z = 0; z <= static_cast<std::size_t>(nz); ++z) {
         for (std::size_t y = 0; y <= static_cast<std::size_t>(ny); ++y) {
             for (std::size_t x = 0; x <= static_cast<std::size_t>(nx); ++x) {
-                const std::size_t n = x + y * y_stride + z * z_stride;
+                const std::size_t n = x * stride[0] + y * stride[1] + z * stride[2];
                 if (touching[n] > 0) {
                     a.masses.push_back(shares.mass(touching[n]));
                     append_node(a.runs, n);
@@ -112,7 +167,7 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material) {
     return a;
 }
 
-template LatticeArrays<float> flat_rows(const Lattice&, const Material&);
-template LatticeArrays<double> flat_rows(const Lattice&, const Material&);
+template LatticeArrays<float> flat_rows(const Lattice&, const Material&, const LatticeAxes&);
+template LatticeArrays<double> flat_rows(const Lattice&, const Material&, const LatticeAxes&);
 
 } // namespace hybmss

@@ -5,6 +5,10 @@
 
 namespace hybmss {
 
+std::string word_of(const LatticeAxes& axes) {
+    return {"xyz"[axes[0]], "xyz"[axes[1]], "xyz"[axes[2]]};
+}
+
 CellShares::CellShares(const Lattice& lattice, const Material& material, const LatticeAxes& axes)
     : lattice_(lattice), axes_(axes) {
     const double h = lattice.cell_size();

@@ -8,12 +8,15 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace hybmss {
 
 /// A layout's axes as the body's: along a row, along a plane, and normal to the planes.
 using LatticeAxes = std::array<std::size_t, 3>;
+/// "zxy": rows along z, planes normal to y.
+std::string word_of(const LatticeAxes& axes);
 
 /// What the cells around a grid node give to it and to the springs that start there: k = (k_e/4) * the sum of the
 /// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell. The same numbers in every layout.
@@ -89,18 +92,26 @@ extern template struct LatticeArrays<double>;
 ///
 ///     plane 0: row 0 | row 1 | ... | row ny | zeros to `plane`;  plane 1: ...;  plane nz
 ///
-/// Planes are normal to z or to y, whichever wastes fewer lanes on void cells: a bar of 4 x 4 x 24 cells has 24 planes
-/// of 25 nodes in 32 lanes, or 4 of 125 in 128. Mirrored axes and components make the same forces.
+/// Rows lie along any axis of the body and planes normal to any other: a bar of 4 x 4 x 24 cells has 24 planes of 25
+/// nodes in 32 lanes, or 4 of 125 in 128, of which 120 or, with rows along z, 100 hold cells. Mirrored axes and
+/// components make the same forces, sums in another order.
 ///
 /// Rows are nx + 1 nodes long and not padded (a padded row costs more lanes than it saves); planes are padded so that
 /// they start on a vector and one row of zeros separates them. See kernels::LatticeLayer for how a kernel walks it.
 ///
 /// The stiffness of planes with the same cells below and above is held once.
 template <class T>
-LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material);
+LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, const LatticeAxes& axes);
 
-extern template LatticeArrays<float> flat_rows(const Lattice&, const Material&);
-extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&);
+extern template LatticeArrays<float> flat_rows(const Lattice&, const Material&, const LatticeAxes&);
+extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&, const LatticeAxes&);
+
+/// Rows along x, and planes normal to z, or to y where that sweeps fewer lanes and leaves layers enough to share among
+/// threads.
+LatticeAxes plain_axes(const Lattice& lattice);
+/// The plain ones and all others, `shared` those that leave layers enough, by what a sweep costs; the plain ones before
+/// any that gain less than 3 %.
+std::vector<LatticeAxes> axes_by_cost(const Lattice& lattice, bool shared);
 
 /// The layout "active-rows": of every row, those vectors that hold a node of the body, one after the other; void is not
 /// stored. For bodies that fill a small part of their grid.
@@ -119,7 +130,7 @@ extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&)
 /// A vector takes 14 numbers a lane (8 here, 6 of state) and 12 bytes; memory and time follow the vectors stored, not
 /// the grid. Rows padded to vectors: a full box of 33 nodes a row takes 48 lanes, 1.45 times those of flat rows. Rows
 /// lie along x, or along another axis where that stores at most 4/5 of the vectors: then every node is a run of its
-/// own, 24 bytes.
+/// own, 32 bytes.
 ///
 /// `width`: lanes of the kernels' vectors.
 template <class T>

@@ -300,18 +300,18 @@ void Body<T>::move_nodes(std::size_t begin, std::size_t end, const VectorField<O
         }
         return;
     }
-    const bool interleaved =
-        stride == 3 && inner_stride == 1 && theirs[1] == theirs[0] + 1 && theirs[2] == theirs[0] + 2;
+    const bool interleaved = stride == 3 && theirs[1] == theirs[0] + 1 && theirs[2] == theirs[0] + 2;
     const std::span<const NodeRun> all = runs();
     auto run = std::upper_bound(all.begin(), all.end(), begin,
                                 [](std::size_t node, const NodeRun& r) { return node < r.node; });
     for (--run; begin < end; ++run) {
-        const std::size_t index = run->index + (begin - run->node);
+        const std::size_t index = run->index + (begin - run->node) * run->stride;
+        const std::ptrdiff_t step = inner_stride * static_cast<std::ptrdiff_t>(run->stride);
         const std::size_t length = std::min(run->node + run->length, end) - begin;
-        if (interleaved) {
+        if (interleaved && step == 1) {
             move.interleaved(theirs[0] + 3 * begin, inner[0].first + index, inner[1].first + index,
                              inner[2].first + index, length);
-        } else if (stride == 1 && inner_stride == 1) {
+        } else if (stride == 1 && step == 1) {
             for (std::size_t c = 0; c < 3; ++c) {
                 move.side_by_side(theirs[c] + begin, inner[c].first + index, length);
             }
@@ -323,9 +323,9 @@ void Body<T>::move_nodes(std::size_t begin, std::size_t end, const VectorField<O
             Inner *const u = inner[0].first + place * inner_stride, *const v = inner[1].first + place * inner_stride,
                          *const w = inner[2].first + place * inner_stride;
             for (std::ptrdiff_t n = 0; n < static_cast<std::ptrdiff_t>(length); ++n) {
-                move(x[n * stride], u[n * inner_stride]);
-                move(y[n * stride], v[n * inner_stride]);
-                move(z[n * stride], w[n * inner_stride]);
+                move(x[n * stride], u[n * step]);
+                move(y[n * stride], v[n * step]);
+                move(z[n * stride], w[n * step]);
             }
         }
         begin += length;
@@ -443,7 +443,7 @@ double Body<T>::kinetic_energy(const State<T>& state) const {
     }
     for (const NodeRun& run : all.empty() ? runs() : std::span<const NodeRun>()) {
         for (std::size_t n = 0; n < run.length; ++n) {
-            add_node(run.node + n, run.index + n);
+            add_node(run.node + n, run.index + n * run.stride);
         }
     }
     return 0.5 * sum * length_unit() * length_unit();

@@ -48,12 +48,12 @@ void point_to(T* (&pointers)[3], AlignedArray<T>* arrays, const LatticeAxes& axe
 
 template <class T>
 LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
-                            LatticeRows rows)
+                            const LatticeRows& rows)
     : Body<T>(options, lattice.grid_node_count(), kernel_volume(material), lattice_frequencies(lattice, material),
               material.stiffening, material.crush.any()),
-      layout_(rows == LatticeRows::active ? active_rows<T>(lattice, material, kernel_table().width)
-                                          : flat_rows<T>(lattice, material)),
-      material_(material), active_(rows == LatticeRows::active), means_(material.springs == SpringForm::means),
+      layout_(rows.active ? active_rows<T>(lattice, material, kernel_table().width)
+                          : flat_rows<T>(lattice, material, rows.axes)),
+      material_(material), active_(rows.active), means_(material.springs == SpringForm::means),
       face_diagonals_(material.face_diagonal_ratio > 0),
       mean_constants_(mean_constants<T>(spring_constants(material, lattice.cell_size()),
                                         pattern_constants(material, lattice.cell_size()))),

@@ -11,8 +11,11 @@
 
 namespace hybmss {
 
-/// How a lattice's rows lie in memory: flat_rows() or active_rows().
-enum class LatticeRows { flat, active };
+/// How a lattice's rows lie in memory: flat_rows() with these axes, or active_rows() with their own.
+struct LatticeRows {
+    bool active;
+    LatticeAxes axes;
+};
 
 /// A lattice swept layer by layer.
 ///
@@ -22,7 +25,7 @@ enum class LatticeRows { flat, active };
 template <class T>
 class LatticeBody final : public Body<T> {
 public:
-    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options, LatticeRows rows);
+    LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options, const LatticeRows& rows);
 
     std::span<const double> masses() const override { return layout_.masses; }
     std::span<const NodeRun> runs() const override { return layout_.runs; }

@@ -7,8 +7,10 @@
 #include "plan/bodies/packed_network_body.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 
 namespace hybmss {
@@ -43,16 +45,24 @@ double flat_rows_bytes(const LatticeExtent& extent, double real) {
 }
 /// A node of sparse rows may be a run of its own.
 double active_rows_bytes(const LatticeExtent& extent, double real) {
-    return 17 * real * extent.active_lanes + 24 * extent.nodes;
+    return 17 * real * extent.active_lanes + 32 * extent.nodes;
 }
 /// 13 springs and one cell a node: as given, coloured, and while they are sorted.
 double network_bytes(const LatticeExtent& extent, double real) {
     return extent.nodes * (17 * real + 13 * 2 * 48.0 + 2 * 64.0);
 }
 
-template <class T, LatticeRows rows>
-std::unique_ptr<Body<T>> make_rows(const Given& given, const PlanOptions& options) {
-    return std::make_unique<LatticeBody<T>>(*given.lattice, *given.material, options, rows);
+/// The axes that a name asks for, "flat-rows-zxy" for rows along z and planes normal to y.
+std::optional<LatticeAxes> axes_of(std::string_view name);
+
+template <class T>
+std::unique_ptr<Body<T>> make_flat(const Given& given, const PlanOptions& options) {
+    const LatticeAxes axes = axes_of(options.layout).value_or(plain_axes(*given.lattice));
+    return std::make_unique<LatticeBody<T>>(*given.lattice, *given.material, options, LatticeRows{false, axes});
+}
+template <class T>
+std::unique_ptr<Body<T>> make_active(const Given& given, const PlanOptions& options) {
+    return std::make_unique<LatticeBody<T>>(*given.lattice, *given.material, options, LatticeRows{true, {}});
 }
 template <class T>
 std::unique_ptr<Body<T>> make_packed(const Given& given, const PlanOptions& options) {
@@ -63,13 +73,11 @@ std::unique_ptr<Body<T>> make_coloured(const Given& given, const PlanOptions& op
     return std::make_unique<NetworkBody<T>>(*given.network, options);
 }
 
-constexpr LatticeRows kFlat = LatticeRows::flat, kActive = LatticeRows::active;
-
 // clang-format off
 //   name            of networks  can be cut  has tiles  bytes              make
 constexpr Layout kLayouts[] = {
-    {"flat-rows",    false,       true,       true,      flat_rows_bytes,   {make_rows<float, kFlat>, make_rows<double, kFlat>}},
-    {"active-rows",  false,       true,       true,      active_rows_bytes, {make_rows<float, kActive>, make_rows<double, kActive>}},
+    {"flat-rows",    false,       true,       true,      flat_rows_bytes,   {make_flat<float>, make_flat<double>}},
+    {"active-rows",  false,       true,       true,      active_rows_bytes, {make_active<float>, make_active<double>}},
     {"packed-xyzw",  true,        false,      true,      network_bytes,     {make_packed<float>, make_packed<double>}},
     {"coloured-soa", true,        false,      false,     network_bytes,     {make_coloured<float>, make_coloured<double>}},
 };
@@ -84,9 +92,26 @@ constexpr const char* kNetwork = "network";
 
 // ---- names
 
+std::string with_axes(const LatticeAxes& axes) {
+    return std::string(kDense.name) + "-" + word_of(axes);
+}
+
+std::optional<LatticeAxes> axes_of(std::string_view name) {
+    LatticeAxes axes = {0, 1, 2};
+    do {
+        if (name == with_axes(axes)) {
+            return axes;
+        }
+    } while (std::next_permutation(axes.begin(), axes.end()));
+    return std::nullopt;
+}
+
 const Layout* find(const std::string& name) {
     if (name == kNetwork) {
         return &kOfNetworks;
+    }
+    if (axes_of(name)) {
+        return &kDense;
     }
     const auto* found = std::find_if(std::begin(kLayouts), std::end(kLayouts),
                                      [&](const Layout& layout) { return layout.name == name; });
@@ -118,6 +143,9 @@ const Layout& lattice_layout(const std::string& name) {
     return *layout;
 }
 
+/// How many orders of the axes beside the plain one are worth a try, those that cost the least.
+constexpr std::size_t kOrders = 2;
+
 /// At most half of the cells are there.
 bool is_sparse(double cells, double grid_cells) {
     return cells <= 0.5 * grid_cells;
@@ -128,7 +156,7 @@ bool is_sparse(double cells, double grid_cells) {
 template <class T>
 std::unique_ptr<Body<T>> make(const Layout& layout, const Given& given, const PlanOptions& options) {
     PlanOptions named = options;
-    named.layout = layout.name;
+    named.layout = axes_of(options.layout) ? options.layout : layout.name;
     return std::get<Make<T>>(layout.make)(given, named);
 }
 
@@ -148,7 +176,9 @@ std::vector<std::string> network_layouts() {
     return names_where([](const Layout& layout) { return layout.of_networks; });
 }
 std::vector<std::string> distinct_lattice_layouts() {
-    return names_where([](const Layout&) { return true; });
+    std::vector<std::string> names = names_where([](const Layout&) { return true; });
+    names.push_back(with_axes({2, 0, 1}));
+    return names;
 }
 
 std::string estimated_layout(const Lattice& lattice) {
@@ -158,6 +188,36 @@ std::string estimated_layout(const Lattice& lattice) {
     return sparse && active_share(lattice) < 0.75 ? kSparse.name : kDense.name;
 }
 
+std::string estimated_step_layout(const Lattice& lattice, Accuracy accuracy) {
+    const std::string layout = estimated_layout(lattice);
+    const LatticeAxes axes = axes_by_cost(lattice, true).front();
+    return layout != kDense.name || accuracy == Accuracy::exact || axes == plain_axes(lattice) ? layout
+                                                                                               : with_axes(axes);
+}
+
+std::vector<std::string> layouts_to_try(const Lattice& lattice, const Material& material) {
+    std::vector<std::string> names = lattice_layouts_of(material);
+    if (!material.crush.any()) {
+        for (const std::string& layout : network_layouts()) {
+            if (layout != kOfNetworks.name) { // which is there by its other name
+                names.push_back(layout);
+            }
+        }
+    }
+    std::size_t orders = 0;
+    for (const LatticeAxes& axes : axes_by_cost(lattice, false)) {
+        if (orders < kOrders && axes != plain_axes(lattice)) {
+            names.push_back(with_axes(axes));
+            ++orders;
+        }
+    }
+    return names;
+}
+
+bool is_layout(const std::string& name, bool of_network) {
+    const Layout* layout = find(name);
+    return layout && (!of_network || (layout->of_networks && name != kNetwork));
+}
 bool has_tiles(const std::string& layout) {
     const Layout* known = find(layout);
     return known && known->has_tiles;
@@ -193,10 +253,10 @@ std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& mater
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Network& network, const PlanOptions& options) {
     validate(network);
-    const Layout* layout = options.layout.empty() ? &kOfNetworks : find(options.layout);
-    if (!layout || !layout->of_networks || options.layout == kNetwork) {
+    if (!options.layout.empty() && !is_layout(options.layout, true)) {
         refuse_layout(options.layout, network_layouts());
     }
+    const Layout* layout = options.layout.empty() ? &kOfNetworks : find(options.layout);
     return make<T>(*layout, {nullptr, nullptr, &network}, options);
 }
 

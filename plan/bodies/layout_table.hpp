@@ -12,7 +12,8 @@ namespace hybmss {
 
 // One table, in layout_table.cpp, says what there is to know of each layout by its name; nobody else knows names.
 
-/// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one.
+/// Every layout that a lattice can be planned in, its own ones first, each once: "network" is another name of one; and
+/// flat-rows along z, which stands for all other axes.
 std::vector<std::string> distinct_lattice_layouts();
 
 /// Those of lattice_layouts() that a material can have: a network has no crush resistance.
@@ -22,6 +23,16 @@ std::vector<std::string> lattice_layouts_of(const Material& material);
 /// rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else flat-rows. The same on every machine.
 std::string estimated_layout(const Lattice& lattice);
 
+/// The same where steps are taken, unless at `exact`: flat-rows may then have the axes by which a step costs the least,
+/// "flat-rows-zxy" with rows along z and planes normal to y. Forces alone stay with rows along x: to bring a caller's
+/// nodes into other rows costs more than the sweep gains.
+std::string estimated_step_layout(const Lattice& lattice, Accuracy accuracy);
+/// What is timed for a lattice: the layouts that it can have, and flat-rows with those axes besides its own that cost
+/// the least.
+std::vector<std::string> layouts_to_try(const Lattice& lattice, const Material& material);
+
+/// Whether a name is one of a layout that a lattice can have, or a network.
+bool is_layout(const std::string& name, bool of_network);
 /// Whether PlanOptions::one_tile matters to a layout.
 bool has_tiles(const std::string& layout);
 

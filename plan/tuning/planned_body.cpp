@@ -115,10 +115,8 @@ private:
 
 /// No subject is made for an estimate: its class costs a pass over the body. Nor for a layout that is not known:
 /// make_body refuses it.
-bool is_fixed(const PlanOptions& options, const std::vector<std::string>& layouts) {
-    const bool known =
-        options.layout.empty() || std::find(layouts.begin(), layouts.end(), options.layout) != layouts.end();
-    return options.effort == Effort::estimate || !known;
+bool is_fixed(const PlanOptions& options, bool of_network) {
+    return options.effort == Effort::estimate || !(options.layout.empty() || is_layout(options.layout, of_network));
 }
 
 /// The options with `accuracy` in place of `force_error`.
@@ -164,23 +162,22 @@ PlanDescription PlannedBody<T>::describe() const {
 template <class T>
 PlannedBody<T> plan_body(const Lattice& lattice, const Material& material, const PlanOptions& given,
                          Operation operation) {
-    const PlanOptions options = with_level<T>(given);
-    // A lattice takes a network's layouts too.
-    std::vector<std::string> layouts = lattice_layouts();
-    const std::vector<std::string> more = network_layouts();
-    layouts.insert(layouts.end(), more.begin(), more.end());
+    PlanOptions options = with_level<T>(given);
+    const std::string estimated =
+        operation == Operation::step ? estimated_step_layout(lattice, options.accuracy) : estimated_layout(lattice);
     // A body without nodes takes no time.
-    if (is_fixed(options, layouts) || lattice.cell_count() == 0) {
+    if (is_fixed(options, false) || lattice.cell_count() == 0) {
+        options.layout = options.layout.empty() ? estimated : options.layout;
         return fixed(make_body<T>(lattice, material, options), options);
     }
     validate(material);
-    return Planner<T>(subject_of<T>(lattice, material), options, operation).planned();
+    return Planner<T>(subject_of<T>(lattice, material, estimated), options, operation).planned();
 }
 
 template <class T>
 PlannedBody<T> plan_body(const Network& network, const PlanOptions& given, Operation operation) {
     const PlanOptions options = with_level<T>(given);
-    if (is_fixed(options, network_layouts()) || network.masses.empty()) {
+    if (is_fixed(options, true) || network.masses.empty()) {
         return fixed(make_body<T>(network, options), options);
     }
     validate(network);

@@ -59,10 +59,10 @@ Index around_first_filled_cell(const Lattice& lattice, const Index& size) {
 }
 
 /// What an estimate takes comes first.
-std::vector<std::string> layouts_of(const Lattice& lattice, const Material& material) {
-    std::vector<std::string> layouts = lattice_layouts_of(material);
-    const auto first = std::find(layouts.begin(), layouts.end(), estimated_layout(lattice));
-    std::rotate(layouts.begin(), first, first + 1);
+std::vector<std::string> layouts_of(const Lattice& lattice, const Material& material, const std::string& estimated) {
+    std::vector<std::string> layouts = layouts_to_try(lattice, material);
+    const auto first = std::find(layouts.begin(), layouts.end(), estimated);
+    std::rotate(layouts.begin(), first, first == layouts.end() ? first : first + 1);
     return layouts;
 }
 
@@ -164,15 +164,15 @@ Network sample_of(const Network& network, std::size_t most_nodes) {
 }
 
 template <class T>
-TunerSubject<T> subject_of(const Lattice& lattice, const Material& material) {
+TunerSubject<T> subject_of(const Lattice& lattice, const Material& material, const std::string& estimated) {
     const std::size_t cells = lattice.cell_count();
     return {body_class<T>(lattice, material),
-            layouts_of(lattice, material),
+            layouts_of(lattice, material, estimated),
             lattice.grid_node_count(),
             cells ? cells : 1,
             [&lattice, &material](const PlanOptions& options) { return make_body<T>(lattice, material, options); },
-            [&lattice, &material](std::size_t most_nodes) {
-                return owned_subject<T>(sample_of(lattice, most_nodes), material);
+            [&lattice, &material, estimated](std::size_t most_nodes) {
+                return owned_subject<T>(sample_of(lattice, most_nodes), material, estimated);
             }};
 }
 
@@ -187,8 +187,8 @@ TunerSubject<T> subject_of(const Network& network) {
             [&network](std::size_t most_nodes) { return owned_subject<T>(sample_of(network, most_nodes)); }};
 }
 
-template TunerSubject<float> subject_of(const Lattice&, const Material&);
-template TunerSubject<double> subject_of(const Lattice&, const Material&);
+template TunerSubject<float> subject_of(const Lattice&, const Material&, const std::string&);
+template TunerSubject<double> subject_of(const Lattice&, const Material&, const std::string&);
 template TunerSubject<float> subject_of(const Network&);
 template TunerSubject<double> subject_of(const Network&);
 

@@ -23,9 +23,10 @@ struct TunerSubject {
     std::function<TunerSubject(std::size_t most_nodes)> sample;
 };
 
-/// The subjects refer to what they were made of; samples own it. The network must be valid.
+/// The subjects refer to what they were made of; samples own it. The network must be valid. `estimated`: the layout
+/// that comes first.
 template <class T>
-TunerSubject<T> subject_of(const Lattice& lattice, const Material& material);
+TunerSubject<T> subject_of(const Lattice& lattice, const Material& material, const std::string& estimated);
 template <class T>
 TunerSubject<T> subject_of(const Network& network);
 

@@ -148,7 +148,8 @@ std::string body_class(const Lattice& lattice, const Material& material) {
            (material.face_diagonal_ratio > 0 ? " face-diagonals" : " no-face-diagonals") +
            (material.springs == SpringForm::means ? " springs-on-means" : "") +
            (material.crush.any() ? " crush-resistance" : "") + volume_class(kernel_volume(material)) +
-           size_class(lattice.nodes().size()) + fill_class(lattice);
+           size_class(lattice.nodes().size()) + fill_class(lattice) +
+           " axes:" + word_of(axes_by_cost(lattice, true).front());
 }
 
 template <class T>

@@ -87,7 +87,7 @@ TEST(ActiveRowsLayout, EveryCellFindsItsCorners) {
 TEST(ActiveRowsLayout, HoldsTheNumbersOfFlatRows) {
     const Lattice lattice = scattered(20, 7, 9, 40, 1);
     const auto active = active_rows<double>(lattice, Material{}, 8);
-    const auto flat = flat_rows<double>(lattice, Material{});
+    const auto flat = flat_rows<double>(lattice, Material{}, plain_axes(lattice));
     ASSERT_EQ(active.axes, flat.axes); // else kinds would have to be matched
     EXPECT_EQ(active.masses, flat.masses);
     EXPECT_EQ(active.volume_ratio, flat.volume_ratio);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <new>
@@ -37,31 +38,75 @@ void expect_stiffness_of(const Lattice& lattice, const Material& material, const
     }
 }
 
+LatticeArrays<double> plain_rows(const Lattice& lattice) {
+    return flat_rows<double>(lattice, Material{}, plain_axes(lattice));
+}
+
 TEST(FlatRowsLayout, ABoxHoldsThreePlanesOfStiffness) {
     const Material material;
     for (const std::array<int, 3>& cells : {std::array{5, 4, 6}, {4, 4, 24}, {3, 9, 2}, {1, 1, 1}, {2, 1, 2}}) {
         const Lattice lattice = Lattice::box(cells[0], cells[1], cells[2], 0.5);
-        LatticeArrays<double> layout = flat_rows<double>(lattice, material);
-        EXPECT_EQ(planes_held(layout), std::min<std::size_t>(layout.planes, 3));
-        expect_stiffness_of(lattice, material, layout);
-        layout.separate_planes();
-        EXPECT_EQ(planes_held(layout), layout.planes);
-        expect_stiffness_of(lattice, material, layout);
+        for (const LatticeAxes& axes : axes_by_cost(lattice, false)) {
+            LatticeArrays<double> layout = flat_rows<double>(lattice, material, axes);
+            EXPECT_EQ(planes_held(layout), std::min<std::size_t>(layout.planes, 3));
+            expect_stiffness_of(lattice, material, layout);
+            layout.separate_planes();
+            EXPECT_EQ(planes_held(layout), layout.planes);
+            expect_stiffness_of(lattice, material, layout);
+        }
     }
+}
+
+/// The body's nodes, x fastest, are where the axes put them; one run holds each row of a box along x at most.
+TEST(FlatRowsLayout, NodesLieAlongAnyAxes) {
+    Lattice lattice = Lattice::box(3, 4, 5, 0.5);
+    for (const bool full : {true, false}) {
+        for (const LatticeAxes& axes : axes_by_cost(lattice, false)) {
+            const LatticeArrays<double> layout = flat_rows<double>(lattice, Material{}, axes);
+            EXPECT_EQ(layout.axes, axes);
+            EXPECT_LE(layout.runs.size(), full ? 30u : 60u) << word_of(axes);
+            const std::vector<std::uint32_t> nodes = lattice.nodes();
+            ASSERT_EQ(layout.masses.size(), nodes.size());
+            for (std::size_t n = 0; n < nodes.size(); ++n) {
+                const std::size_t place[3] = {nodes[n] % 4, nodes[n] / 4 % 5, nodes[n] / 20};
+                EXPECT_EQ(index_in(layout.runs, n),
+                          place[axes[0]] + place[axes[1]] * layout.row + place[axes[2]] * layout.plane)
+                    << word_of(axes) << " " << n;
+            }
+        }
+        for (const int x : {0, 1}) { // a corner without nodes, and one in the middle
+            lattice.set_cell_scale(x, 0, 0, 0);
+        }
+    }
+}
+
+TEST(FlatRowsLayout, RowsLieAlongWhatIsLong) {
+    const auto best = [](int x, int y, int z) { return axes_by_cost(Lattice::box(x, y, z, 1.0), true).front(); };
+    for (const std::array<int, 3>& bar : {std::array{24, 4, 4}, {4, 24, 4}, {4, 4, 24}, {10, 10, 60}, {1, 1, 500}}) {
+        const auto longest = static_cast<std::size_t>(std::max_element(bar.begin(), bar.end()) - bar.begin());
+        EXPECT_EQ(best(bar[0], bar[1], bar[2])[0], longest) << bar[0] << "x" << bar[1] << "x" << bar[2];
+    }
+    // Little is to be gained, and rows along x are a caller's.
+    EXPECT_EQ(best(20, 20, 20), (LatticeAxes{0, 1, 2}));
+    EXPECT_EQ(best(64, 64, 64), (LatticeAxes{0, 1, 2}));
+    // A plate has layers to share only along its edges.
+    EXPECT_GE(Lattice::box(3, 40, 40, 1.0).cells()[best(3, 40, 40)[2]], 8);
+    EXPECT_EQ(axes_by_cost(Lattice::box(3, 40, 40, 1.0), false).size(), 6u);
+    EXPECT_LT(axes_by_cost(Lattice::box(3, 40, 40, 1.0), true).size(), 6u);
 }
 
 TEST(FlatRowsLayout, PlanesWithOtherCellsBesideThemHaveTheirOwn) {
     Lattice lattice = Lattice::box(6, 8, 7, 0.5);
-    ASSERT_EQ(flat_rows<double>(lattice, Material{}).axes[2], 2u);
+    ASSERT_EQ(plain_rows(lattice).axes[2], 2u);
     lattice.set_cell_scale(3, 5, 4, 2.0f); // beside the planes 4 and 5
-    const LatticeArrays<double> layout = flat_rows<double>(lattice, Material{});
+    const LatticeArrays<double> layout = plain_rows(lattice);
     EXPECT_EQ(planes_held(layout), 6u); // 0, 1 to 3, 4, 5, 6, 7
     expect_stiffness_of(lattice, Material{}, layout);
 }
 
 TEST(FlatRowsLayout, SharedPlanesTakeTheirMemoryOnce) {
     const Lattice lattice = Lattice::box(8, 8, 40, 0.5);
-    LatticeArrays<double> layout = flat_rows<double>(lattice, Material{});
+    LatticeArrays<double> layout = plain_rows(lattice);
     const std::size_t shared = layout.bytes();
     layout.separate_planes();
     EXPECT_GE(layout.bytes() - shared, 7 * (layout.planes - 3) * layout.plane * sizeof(double));
@@ -80,7 +125,7 @@ struct ShortMemory {
 
 TEST(FlatRowsLayout, PlanesStayTogetherWhereMemoryDoesNotSuffice) {
     const Lattice lattice = Lattice::box(4, 5, 9, 0.5);
-    LatticeArrays<double> layout = flat_rows<double>(lattice, Material{});
+    LatticeArrays<double> layout = plain_rows(lattice);
     for (int allocations = 0; allocations < 7; ++allocations) {
         ShortMemory memory{allocations};
         set_allocator({&ShortMemory::allocate, &ShortMemory::release, &memory});

@@ -138,7 +138,8 @@ TEST(Efforts, MeasuringFillsWisdomThatStoredReads) {
     EXPECT_EQ(wisdom.entries(), 1u);
     EXPECT_EQ(measured.effort, Effort::measure);
     EXPECT_NE(measured.reason.find("measured now"), std::string::npos) << measured.reason;
-    const std::vector<Candidate> all = candidates(lattice_layouts(), options, lattice.grid_node_count());
+    const std::vector<Candidate> all =
+        candidates(layouts_to_try(lattice, full_material()), options, lattice.grid_node_count());
     EXPECT_EQ(measured.candidates.size(), all.size());
     for (const CandidateFigure& figure : measured.candidates) {
         EXPECT_GT(figure.ns_per_cell_step, 0) << figure.name;
@@ -190,7 +191,8 @@ TEST(Efforts, ALargeBodyIsScreenedFirst) {
         return std::count_if(d.candidates.begin(), d.candidates.end(),
                              [&](const CandidateFigure& figure) { return figure.name == text; });
     };
-    for (const Candidate& c : candidates(lattice_layouts(), options, lattice.grid_node_count())) {
+    for (const Candidate& c :
+         candidates(layouts_to_try(lattice, full_material()), options, lattice.grid_node_count())) {
         Candidate single = c;
         single.threads = 1;
         EXPECT_EQ(find(name(single)), 1) << "timed at least on the small piece, and told once: " << name(single);
