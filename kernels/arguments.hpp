@@ -57,10 +57,10 @@ struct StepConstants {
 };
 
 /// Of cells with springs on means, by the cube diagonals' k_c: k_e / 16, k_f / 16, bending / 1024, coupling, twist /
-/// 1024 (PatternConstants); the numbers are those of sums in place of means (kernels/means/mean_cell.hpp).
+/// 1024, fourth / 64 (PatternConstants); the numbers are those of sums in place of means (kernels/means/mean_cell.hpp).
 template <class T>
 struct MeanConstants {
-    T edge, face, bending, coupling, twist, joint_twist;
+    T edge, face, bending, coupling, twist, joint_twist, fourth;
 };
 
 /// One layer of cells of a lattice and the node planes below and above it.

@@ -79,7 +79,8 @@ PatternConstants pattern_constants(const Material& m, double cell_size) {
     return {.bending = unit * m.young_modulus / (1 - nu * nu),
             .coupling = nu,
             .twist = shear * kAlpha,
-            .joint_twist = shear * (4 - 3 * kAlpha)};
+            .joint_twist = shear * (4 - 3 * kAlpha),
+            .fourth = (m.young_modulus + 2 * shear_modulus(m)) * unit / 3};
 }
 
 VolumeEnergy resolved_volume_energy(const Material& m) {

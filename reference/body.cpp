@@ -70,7 +70,7 @@ VolumeEnergy resolve_volume_energy(const Material& material) {
 
 // Each cell of scale s adds s k_e/4 to its 12 edges, s k_f/2 to its 12 face diagonals and s k_c to its 4 cube diagonals
 // (section 5.4), and rho h^3/8 to the mass of its 8 corners.
-// On means: whole springs k_e, k_f to each cell, times s; cube diagonals join its corners as ever.
+// On means: whole springs k_e, k_f, k_c to each cell, times s.
 Body assemble(const Lattice& lattice, const Material& material) {
     const double h = lattice.cell_size();
     const double ratio = material.face_diagonal_ratio;
@@ -104,16 +104,17 @@ Body assemble(const Lattice& lattice, const Material& material) {
         }
         const bool means = material.springs == SpringForm::means;
         if (means) {
-            body.mean_springs.push_back({nodes,
-                                         h,
-                                         {scale * 4 * share[1], scale * 2 * share[2]},
-                                         {scale * hourglass.bending, scale * hourglass.coupling,
-                                          scale * hourglass.twisting, scale * hourglass.twist_sum}});
+            body.mean_springs.push_back(
+                {nodes,
+                 h,
+                 {scale * 4 * share[1], scale * 2 * share[2], scale * share[3]},
+                 {scale * hourglass.bending, scale * hourglass.coupling, scale * hourglass.twisting,
+                  scale * hourglass.twist_sum, scale * hourglass.fourth}});
         }
-        for (unsigned low = 0; low < 8; ++low) {
+        for (unsigned low = 0; low < 8 && !means; ++low) {
             for (unsigned high = low + 1; high < 8; ++high) {
                 const double stiffness = share[std::popcount(low ^ high)] * scale;
-                if (stiffness == 0 || (means && std::popcount(low ^ high) < 3)) {
+                if (stiffness == 0) {
                     continue;
                 }
                 const auto axis = [&](unsigned bit) {
@@ -155,14 +156,9 @@ Body assemble(const Network& network) {
         const Matrix3d edges = make_cell(body.rest, cell.nodes, 0).rest_edges;
         body.mean_springs.push_back({cell.nodes,
                                      edges(0, 0),
-                                     {s * springs.edge, s * springs.face_diagonal},
+                                     {s * springs.edge, s * springs.face_diagonal, s * springs.cube_diagonal},
                                      {s * patterns.bending, s * patterns.coupling * patterns.bending,
-                                      s * patterns.twist, s * patterns.joint_twist}});
-        for (unsigned low = 0; low < 4; ++low) {
-            // To the opposite corner.
-            const Vector3d side(low & 1 ? -1 : 1, low & 2 ? -1 : 1, 1);
-            body.springs.push_back({cell.nodes[low], cell.nodes[7 - low], edges * side, s * springs.cube_diagonal});
-        }
+                                      s * patterns.twist, s * patterns.joint_twist, s * patterns.fourth}});
     }
     if (network.volume_energy == VolumeEnergy::none || network.cells.empty()) {
         return body;

@@ -36,7 +36,7 @@ struct Cell {
 struct MeanSprings {
     std::array<int, 8> nodes;
     double cell_size;                ///< m
-    std::array<double, 2> stiffness; ///< N/m, of an edge and a face diagonal; whole ones, not shares
+    std::array<double, 3> stiffness; ///< N/m, of an edge, a face and a cube diagonal; whole ones, not shares
     HourglassStiffness hourglass;
 };
 
@@ -44,7 +44,7 @@ struct Body {
     std::vector<Vector3d> rest; ///< rest positions X, m
     std::vector<double> mass;   ///< kg, one a node
     std::vector<Spring> springs;
-    std::vector<MeanSprings> mean_springs;           ///< of SpringForm::means; its cube diagonals are springs
+    std::vector<MeanSprings> mean_springs;           ///< of SpringForm::means
     std::vector<Cell> cells;                         ///< those with a volume energy, or that resist being crushed
     VolumeEnergy volume_energy = VolumeEnergy::none; ///< never `automatic`
     SpringStiffening stiffening = {};                ///< of all springs

@@ -37,14 +37,16 @@ double edge_stiffness(double shear_modulus, double ratio, double cell_size) {
 // cells'
 //   means see 3/4 of its polar moment I, so its stiffness is G I (3/4 + alpha/4), and should be G J, J = 0.84346 I with
 //   the warp of the section (Saint-Venant): alpha = 4 J/I - 3.
-// The fourth pattern, s_x s_y s_z, is the cube diagonals'.
+// k_4 = 4/9 (E + 2G) h: a cell deformed by u = s_x s_y s_z g_4, with s = 2x/h and so on inside, has one stretch, free
+//   across, and two shears of the size 2 g_4/h, each with the mean square 1/9.
 HourglassStiffness hourglass_stiffness(double young_modulus, double poisson_ratio, double cell_size) {
     constexpr double kTorsionOfTheSquare = 0.14057701495515552; // J / a^4; I / a^4 = 1/6
     constexpr double kAlpha = 4 * 6 * kTorsionOfTheSquare - 3;
     const double g = shear_modulus(young_modulus, poisson_ratio);
     const double bending = 4.0 / 3 * young_modulus * cell_size / (1 - poisson_ratio * poisson_ratio);
     const double twisting = 4.0 / 3 * g * cell_size;
-    return {bending, poisson_ratio * bending, kAlpha * twisting, (4 - 3 * kAlpha) * twisting};
+    return {bending, poisson_ratio * bending, kAlpha * twisting, (4 - 3 * kAlpha) * twisting,
+            4.0 / 9 * (young_modulus + 2 * g) * cell_size};
 }
 
 } // namespace hybmss::reference

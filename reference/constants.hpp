@@ -23,6 +23,7 @@ struct HourglassStiffness {
     double coupling;  ///< nu k_b, of the bendings about two axes
     double twisting;  ///< alpha k_t
     double twist_sum; ///< beta k_t
+    double fourth;    ///< k_4
 };
 HourglassStiffness hourglass_stiffness(double young_modulus, double poisson_ratio, double cell_size);
 

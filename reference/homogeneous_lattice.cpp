@@ -58,7 +58,7 @@ Matrix3d HomogeneousLattice::stress() const {
 // Springs: 2 (1 - cos q.r) k [t I + (1 - t) n n^T] for each of the 13 vectors.
 // Cells: the edges change by da_e = 2 i s_e U with s_x = sin(qx/2) cos(qy/2) cos(qz/2), likewise s_y and s_z (5.14), so
 //   w''/V0 v v^T,  v = 2 (s_x b x c + s_y c x a + s_z a x b),
-// and edges and face diagonals on means change by dd = 2 i (r.s) U: 4 (r.s)^2 k [t I + (1 - t) n n^T].
+// and springs on means change by dd = 2 i (r.s) U: 4 (r.s)^2 k [t I + (1 - t) n n^T].
 // The term of w' d^2 V' drops out: s_e s_f is symmetric in e and f and d^2 V'/de df is antisymmetric.
 Matrix3d HomogeneousLattice::wave_stiffness(const Vector3d& phase) const {
     const Vector3d sine = (phase / 2).array().sin(), cosine = (phase / 2).array().cos();
@@ -67,7 +67,7 @@ Matrix3d HomogeneousLattice::wave_stiffness(const Vector3d& phase) const {
     Matrix3d sum = Matrix3d::Zero();
     for (const SpringVector& spring : springs_) {
         // 1 - cos q = 2 sin^2(q/2), without cancellation
-        const bool on_means = form_ == SpringForm::means && spring.rest.squaredNorm() < 3;
+        const bool on_means = form_ == SpringForm::means;
         const double half = on_means ? s.dot(spring.rest) : std::sin(phase.dot(spring.rest) / 2);
         sum += 4 * half * half * spring.hessian;
     }
@@ -80,11 +80,11 @@ Matrix3d HomogeneousLattice::wave_stiffness(const Vector3d& phase) const {
 }
 
 // The patterns change by dg_i = -c_i U with c_1 = cos(qx/2) sin(qy/2) sin(qz/2), likewise c_2 and c_3; they are zero
-// before, so dP_ij = c_i a_j.U (reference/springs.hpp).
+// before, so dP_ij = c_i a_j.U (reference/springs.hpp); and |dg_4| = sin(qx/2) sin(qy/2) sin(qz/2) |U|.
 Matrix3d HomogeneousLattice::hourglass_stiffness(const Vector3d& sine, const Vector3d& cosine) const {
     const Vector3d c(cosine.x() * sine.y() * sine.z(), cosine.y() * sine.z() * sine.x(),
                      cosine.z() * sine.x() * sine.y());
-    Matrix3d sum = Matrix3d::Zero();
+    Matrix3d sum = hourglass_.fourth * std::pow(sine.prod(), 2) * Matrix3d::Identity();
     for (Eigen::Index i = 0; i < 3; ++i) {
         for (Eigen::Index j = 0; j < 3; ++j) {
             const Vector3d a = c[i] * deformation_.col(j), transposed = c[j] * deformation_.col(i);

@@ -145,7 +145,7 @@ template <class Visit>
 void for_each_spring(const MeanSprings& cell, const Visit& visit) {
     for (const Vector3d& r : spring_vectors()) {
         const auto axes = static_cast<std::size_t>(std::lround(r.squaredNorm()));
-        const double k = axes < 3 ? cell.stiffness[axes - 1] : 0;
+        const double k = cell.stiffness[axes - 1];
         if (k == 0) {
             continue;
         }
@@ -170,6 +170,22 @@ Matrix3d patterns(const Corners& u) {
         g += (u[c] - u[0]) * pattern_weights(c).transpose(); // a common translation drops out before anything is summed
     }
     return g;
+}
+
+/// s_x s_y s_z / 8 of a corner, and g_4, m.
+double fourth_weight(std::size_t corner) {
+    return side(corner, 0) * side(corner, 1) * side(corner, 2) / 8;
+}
+Vector3d fourth_pattern(const Corners& u) {
+    Vector3d g = Vector3d::Zero();
+    for (std::size_t c = 0; c < 8; ++c) {
+        g += fourth_weight(c) * (u[c] - u[0]);
+    }
+    return g;
+}
+/// Its size without the cancellation inside it: half a mean of +- the changes of four parallel edges.
+double fourth_size(const Corners& u) {
+    return mean_edge_sizes(u).colwise().norm().minCoeff() / 2;
 }
 
 /// P_ij = g_i . a_j / h
@@ -213,10 +229,11 @@ Matrix3d tension_sizes(HourglassStiffness k, const Matrix3d& p) {
 
 } // namespace
 
-// W = sum over the springs of 1/2 k (|d| - l)^2 and what stiffening adds + 1/2 P:Q
+// W = sum over the springs of 1/2 k (|d| - l)^2 and what stiffening adds + 1/2 P:Q + 1/2 k_4 |g_4|^2
 double mean_spring_energy(const SpringStiffening& law, const MeanSprings& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u), p = products(cell, u);
-    double sum = p.cwiseProduct(tensions(cell.hourglass, p)).sum() / 2;
+    double sum = p.cwiseProduct(tensions(cell.hourglass, p)).sum() / 2 +
+                 cell.hourglass.fourth * fourth_pattern(u).squaredNorm() / 2;
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d&) {
         sum += spring_energy(k, cell.cell_size * r, change * r) +
                stiffening_energy(law, k, cell.cell_size * r, change * r);
@@ -224,15 +241,16 @@ double mean_spring_energy(const SpringStiffening& law, const MeanSprings& cell, 
     return sum;
 }
 
-// f_c = - sum over the springs of weight dW/dd - sum Q_ij dP_ij/dx_c,
+// f_c = - sum over the springs of weight dW/dd - sum Q_ij dP_ij/dx_c - k_4 (weight of c in g_4) g_4,
 // dP_ij/dx_c = (weight of c in g_i) a_j / h + (weight of c in a_j) g_i / h
 Corners mean_spring_forces(const SpringStiffening& law, const MeanSprings& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u), edges = mean_edges_at(cell, u);
     const Matrix3d q = tensions(cell.hourglass, products(cell, u)) / cell.cell_size;
     const Matrix3d on_patterns = edges * q.transpose(), on_edges = patterns(u) * q; // dW_h/dg_i, dW_h/da_j
+    const Vector3d on_fourth = cell.hourglass.fourth * fourth_pattern(u);
     Corners forces;
     for (std::size_t c = 0; c < 8; ++c) {
-        forces[c] = -on_patterns * pattern_weights(c) - on_edges * edge_weights(c);
+        forces[c] = -on_patterns * pattern_weights(c) - on_edges * edge_weights(c) - fourth_weight(c) * on_fourth;
     }
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
         const Vector3d tension =
@@ -250,9 +268,11 @@ Corners mean_spring_damping_forces(const MeanSprings& cell, double stiffness_dam
     const Matrix3d change = mean_edges(u), rate = mean_edges(v), edges = mean_edges_at(cell, u), g = patterns(u);
     const Matrix3d p_rate = (patterns(v).transpose() * edges + g.transpose() * rate) / cell.cell_size;
     const Matrix3d q = stiffness_damping * tensions(cell.hourglass, p_rate) / cell.cell_size;
+    const Vector3d on_fourth = stiffness_damping * cell.hourglass.fourth * fourth_pattern(v);
     Corners forces;
     for (std::size_t c = 0; c < 8; ++c) {
-        forces[c] = -edges * q.transpose() * pattern_weights(c) - g * q * edge_weights(c);
+        forces[c] =
+            -edges * q.transpose() * pattern_weights(c) - g * q * edge_weights(c) - fourth_weight(c) * on_fourth;
     }
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
         const Vector3d tension = dashpot_force(stiffness_damping * k, cell.cell_size * r, change * r, rate * r);
@@ -264,7 +284,7 @@ Corners mean_spring_damping_forces(const MeanSprings& cell, double stiffness_dam
 }
 
 // sum over the springs of weight_c weight_d d^2 W/dd^2 + sum (dP_ij/dx_c) (dQ_ij/dP_kl) (dP_kl/dx_d)^T
-//   + sum Q_ij d^2 P_ij/dx_c dx_d
+//   + sum Q_ij d^2 P_ij/dx_c dx_d + k_4 (weights of c and d in g_4)
 Matrix24d mean_spring_hessian(const SpringStiffening& law, const MeanSprings& cell, const Corners& u) {
     const Matrix3d change = mean_edges(u), edges = mean_edges_at(cell, u);
     const Matrix3d q = tensions(cell.hourglass, products(cell, u));
@@ -283,10 +303,13 @@ Matrix24d mean_spring_hessian(const SpringStiffening& law, const MeanSprings& ce
     });
 
     Eigen::Matrix<double, 8, 3> of_patterns, of_edges;
+    Vector8d of_fourth;
     for (std::size_t c = 0; c < 8; ++c) {
         of_patterns.row(static_cast<Eigen::Index>(c)) = pattern_weights(c);
         of_edges.row(static_cast<Eigen::Index>(c)) = edge_weights(c);
+        of_fourth[static_cast<Eigen::Index>(c)] = fourth_weight(c);
     }
+    add(of_fourth * of_fourth.transpose(), cell.hourglass.fourth * Matrix3d::Identity());
     std::array<std::array<Vector24d, 3>, 3> slope; // dP_ij/dx
     for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {
@@ -323,7 +346,7 @@ double mean_spring_force_scale(const SpringStiffening& law, const MeanSprings& c
     const Sizes of = sizes_of(mean_edges_at(cell, u), u);
     const double h = cell.cell_size;
     const Matrix3d tension = tension_sizes(cell.hourglass, of.pattern * of.edge.transpose() / h);
-    double sum = force_size(tension, of.pattern, of.edge) / h;
+    double sum = force_size(tension, of.pattern, of.edge) / h + cell.hourglass.fourth * fourth_size(u) / 8;
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
         sum += weights.maxCoeff() * stiffening_scale(law, h * r, change * r) *
                spring_force_scale(k, h * r, change * r, size * r.cwiseAbs());
@@ -339,7 +362,8 @@ double mean_spring_product_scale(const SpringStiffening& law, const MeanSprings&
     const Matrix3d tension = tension_sizes(cell.hourglass, of.pattern * of.edge.transpose() / h);
     const Matrix3d change =
         tension_sizes(cell.hourglass, (by.pattern * of.edge.transpose() + of.pattern * by.edge.transpose()) / h);
-    double sum = (force_size(tension, by.pattern, by.edge) + force_size(change, of.pattern, of.edge)) / h;
+    double sum = (force_size(tension, by.pattern, by.edge) + force_size(change, of.pattern, of.edge)) / h +
+                 cell.hourglass.fourth * fourth_size(p) / 8;
     for_each_spring(cell, [&](double k, const Vector3d& r, const Vector8d& weights) {
         sum += weights.maxCoeff() * stiffening_scale(law, h * r, deformed * r) *
                spring_product_scale(k, h * r, deformed * r, size * r.cwiseAbs(), size_of_p * r.cwiseAbs());

@@ -59,19 +59,18 @@ double stiffening_scale(const SpringStiffening& law, const Vector3d& rest_vector
 /// k (n . dv) n: the force on end a, N, of a dashpot k (N s/m) whose ends move by dv = v_b - v_a (m/s).
 Vector3d dashpot_force(double damping, const Vector3d& rest_vector, const Vector3d& du, const Vector3d& dv);
 
-// HybMSS-M: edges and face diagonals of one cell act on its mean edge vectors a, b, c (5.14) instead of between its
-// nodes: three on a, b, c, six on the sums and differences of two, each whole. Cube diagonals join the corners:
-// opposite ones, so they see a, b, c and the pattern s_x s_y s_z alone. In every homogeneous deformation that is the
-// energy of HybMSS. What neither sees of eight corners are three patterns, with s = -1, +1 at the low and the high side
-// of an axis:
+// HybMSS-M: the springs of one cell act on its mean edge vectors a, b, c (5.14) instead of between its nodes: three on
+// a, b, c, six on the sums and differences of two, four on those of all three, each whole. In every homogeneous
+// deformation that is the energy of HybMSS. What a, b, c do not see of eight corners are four patterns; with s = -1, +1
+// at the low and the high side of an axis,
 //
-//     g_1 = 1/8 sum s_y s_z x,  g_2 = 1/8 sum s_x s_z x,  g_3 = 1/8 sum s_x s_y x
+//     g_1 = 1/8 sum s_y s_z x,  g_2 = 1/8 sum s_x s_z x,  g_3 = 1/8 sum s_x s_y x,  g_4 = 1/8 sum s_x s_y s_z x
 //
 // zero at rest and in homogeneous deformations. They have an energy of their own, with a_1, a_2, a_3 = a, b, c:
 //
 //     P_ij = g_i . a_j / h,
 //     W_h  = sum over i < j of 1/2 k_b (P_ij^2 + P_ji^2 + 2 nu P_ij P_ji)
-//            + 1/2 k_t [ alpha (P_11^2 + P_22^2 + P_33^2) + beta (P_11 + P_22 + P_33)^2 ]
+//            + 1/2 k_t [ alpha (P_11^2 + P_22^2 + P_33^2) + beta (P_11 + P_22 + P_33)^2 ] + 1/2 k_4 |g_4|^2
 //
 // P_31 is h^2/4 times the slope along y of the Green strain along x in the middle of the cell: no rotation changes it.
 

@@ -84,13 +84,19 @@ void check_adds(Subject<T>& subject, unsigned seed) {
     subject.record("leaves padding alone", padding_kept ? 0.0 : kFailed);
 }
 
-/// Two ends of one spring at one point, then the whole body at one point: any finite force will do.
+/// Two ends of one spring, or opposite corners of a cell, at one point, then the whole body at one point: any finite
+/// force will do.
 template <class T>
 void check_coincident_nodes(Subject<T>& subject) {
     const auto& rest = subject.reference.rest;
-    const reference::Spring& spring = subject.reference.springs.front();
     std::vector<Vector3d> pair(rest.size(), Vector3d::Zero());
-    pair[static_cast<std::size_t>(spring.b)] = -spring.rest_vector;
+    if (const auto& springs = subject.reference.springs; !springs.empty()) {
+        pair[static_cast<std::size_t>(springs.front().b)] = -springs.front().rest_vector;
+    } else {
+        const auto& nodes = subject.reference.mean_springs.front().nodes;
+        const auto low = static_cast<std::size_t>(nodes[0]), high = static_cast<std::size_t>(nodes[7]);
+        pair[high] = rest[low] - rest[high];
+    }
     std::vector<Vector3d> point(rest.size());
     for (std::size_t n = 0; n < rest.size(); ++n) {
         point[n] = -rest[n];
@@ -186,6 +192,12 @@ void check_damping(Subject<T>& subject, const PlanOptions& options, unsigned see
     for (const reference::Spring& s : subject.reference.springs) {
         for (const int end : {s.a, s.b}) {
             scales[static_cast<std::size_t>(end)] += kSeconds * s.stiffness * fastest;
+        }
+    }
+    for (const reference::MeanSprings& cell : subject.reference.mean_springs) {
+        const double stiffness = cell.stiffness[0] / 4 + cell.stiffness[1] / 2 + cell.stiffness[2] * 3 / 4;
+        for (const int corner : cell.nodes) {
+            scales[static_cast<std::size_t>(corner)] += kSeconds * stiffness * fastest;
         }
     }
     const double error = max_difference(out.vectors(), reference::damping_forces(subject.reference, kSeconds, u, v));

@@ -45,7 +45,7 @@ void bind_bodies(py::module_& module) {
         .value("quadratic", VolumeEnergy::quadratic)
         .value("mean_stretch", VolumeEnergy::mean_stretch)
         .value("none", VolumeEnergy::none);
-    py::enum_<SpringForm>(module, "SpringForm", "Where edges and face diagonals act.")
+    py::enum_<SpringForm>(module, "SpringForm", "Where springs act.")
         .value("nodes", SpringForm::nodes, "between nodes")
         .value("means", SpringForm::means, "on the means of each cell (HybMSS-M)");
 

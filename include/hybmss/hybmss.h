@@ -81,7 +81,7 @@ enum {
     HYBMSS_VOLUME_NONE = 3          /* springs only */
 };
 
-/* Where edges and face diagonals act. */
+/* Where springs act. */
 typedef int32_t hybmss_springs;
 enum {
     HYBMSS_SPRINGS_NODES = 0, /* between nodes */

@@ -18,8 +18,8 @@ enum class VolumeEnergy {
 /// What the springs of a lattice's cells join.
 enum class SpringForm {
     nodes, ///< corners: every spring of the paper, a network
-    means  ///< edges and face diagonals: the cell's mean vectors a, b, c and their sums; cube diagonals: corners. An
-           ///< energy of their own holds the patterns that means do not see (HybMSS-M)
+    means  ///< the cell's mean vectors a, b, c and their sums; an energy of their own holds the patterns of its corners
+           ///< that these do not see (HybMSS-M)
 };
 
 /// How springs stiffen as they are stretched or pressed: with the strain e = |d|/l - 1 a spring of stiffness k stores
@@ -82,20 +82,21 @@ struct SpringConstants {
     double cube_diagonal; ///< k_c
 };
 
-/// What holds a cell with springs on means against bending and twist, N/m. With the patterns of its corners' positions
+/// What holds a cell with springs on means against bending and twist, N/m. With the patterns of its corners' positions,
+/// s = -1 on a low side, +1 on a high,
 ///
-///     g_1 = 1/8 sum s_y s_z x,  g_2 = 1/8 sum s_x s_z x,  g_3 = 1/8 sum s_x s_y x,   s = -1 on a low side, +1 on a
-///     high
+///     g_1 = 1/8 sum s_y s_z x,  g_2 = 1/8 sum s_x s_z x,  g_3 = 1/8 sum s_x s_y x,  g_4 = 1/8 sum s_x s_y s_z x
 ///
 /// that are zero at rest and in every homogeneous deformation, and p_ia = g_i . a / h, ... the cell stores
 ///
 ///     1/2 bending sum over (p_3a, p_1c), (p_3b, p_2c), (p_2a, p_1b) of (p^2 + q^2 + 2 coupling p q)
-///     + 1/2 twist (p_1a^2 + p_2b^2 + p_3c^2) + 1/2 joint_twist (p_1a + p_2b + p_3c)^2
+///     + 1/2 twist (p_1a^2 + p_2b^2 + p_3c^2) + 1/2 joint_twist (p_1a + p_2b + p_3c)^2 + 1/2 fourth |g_4|^2
 struct PatternConstants {
     double bending;     ///< 4/3 E h / (1 - nu^2): bars and plates of any thickness bend as they should
     double coupling;    ///< nu
     double twist;       ///< 4/3 G h alpha: a bar of 2 x 2 cells twists as it should
     double joint_twist; ///< 4/3 G h (4 - 3 alpha): so do plates of any thickness
+    double fourth;      ///< 4/9 (E + 2 G) h: what a solid stores that is deformed so
 };
 
 /// Throws std::invalid_argument that names the value and its allowed range.

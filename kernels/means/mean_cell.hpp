@@ -1,7 +1,7 @@
 #pragma once
 
-// A vector of cells whose edges and face diagonals lie on the cell's means (SpringForm::means): displacements
-// taken apart, and what acts on the parts.
+// A vector of cells whose springs lie on the cell's means (SpringForm::means): displacements taken apart, and what acts
+// on the parts.
 //
 // With A = 4a, B = 4b, C = 4c, the sums of four parallel edges, and G_i = 8 g_i, the patterns of PatternConstants, a
 // corner moves A by its side in x, G_1 by the product of its sides in y and z, and so on. So what A, B, C feel acts on
@@ -11,10 +11,12 @@
 //     f_0 = Fa + Fb + Fc,  f_1 = Fb + Fc - Fa,  f_2 = Fa + Fc - Fb,  f_3 = Fc - Fb - Fa
 //     n_0 = N1 + N2 + N3,  n_1 = N1 - N2 - N3,  n_2 = N2 - N1 - N3,  n_3 = N3 - N1 - N2
 //
-// Cube diagonals lie between corners: opposite ones, so they see A, B, C and the fourth pattern alone, which needs no
-// energy of its own.
+// G_4, which a corner moves by the product of its three sides, is odd: F4 adds to f_0 and f_3 and is taken from f_1 and
+// f_2.
 
 #include "kernels/lattice/lattice_cell.hpp"
+
+#include <cstddef>
 
 namespace hybmss::kernels {
 namespace {
@@ -26,6 +28,7 @@ struct CellParts {
     Vector3<V> s, t;        ///< diagonal[0] + [1], [2] + [3]
     Vector3<V> a, b, c;     ///< of A, B, C
     Vector3<V> g[3];        ///< of G_1, G_2, G_3
+    Vector3<V> fourth;      ///< of G_4
 };
 
 /// By differences of neighbours first: a body far from its rest position loses no digits.
@@ -39,7 +42,9 @@ HYBMSS_INLINE CellParts<V> cell_parts(const Vector3<V> (&u)[8]) {
     d[3] = u[4] - u[3];
     parts.s = d[0] + d[1];
     parts.t = d[2] + d[3];
-    parts.a = (d[0] - d[1]) + (d[2] - d[3]);
+    const Vector3<V> s = d[0] - d[1], t = d[2] - d[3];
+    parts.a = s + t;
+    parts.fourth = s - t;
     parts.b = parts.s - parts.t;
     parts.c = parts.s + parts.t;
     const Vector3<V> outer = (u[7] - u[6]) - (u[1] - u[0]), inner = (u[5] - u[4]) - (u[3] - u[2]);
@@ -62,27 +67,74 @@ HYBMSS_INLINE MeanEdges<V> mean_edges(const CellParts<V>& change) {
             {change.c.x, change.c.y, change.c.z + four}};
 }
 
-/// |d|^2 / l^2 - 1 of the edges a, b, c.
+/// A symmetric matrix over A, B, C: of their products, all that springs see of them, or of what springs make of these.
 template <class V>
-HYBMSS_INLINE void edge_stretches(const CellParts<V>& change, V (&s)[3]) {
-    const V eight = splat<V>(8), unit = splat<V>(Scalar<V>(1.0 / 16));
-    const Vector3<V>&a = change.a, &b = change.b, &c = change.c;
-    s[0] = unit * dot(a, Vector3<V>{a.x + eight, a.y, a.z});
-    s[1] = unit * dot(b, Vector3<V>{b.x, b.y + eight, b.z});
-    s[2] = unit * dot(c, Vector3<V>{c.x, c.y, c.z + eight});
+struct MeanMatrix {
+    V aa, bb, cc, ab, ac, bc;
+};
+/// Springs in this order: three edges, four cube diagonals a + b + c, a - b - c, a - b + c, a + b - c, six face
+/// diagonals a + b, a - b, a + c, a - c, b + c, b - c; and l^2 in units of A, stiffness by k / 16 of the first seven.
+template <bool face_diagonals>
+inline constexpr std::size_t kMeanSprings = face_diagonals ? 13 : 7;
+inline constexpr int kMeanLength2[13] = {16, 16, 16, 48, 48, 48, 48, 32, 32, 32, 32, 32, 32};
+inline constexpr double kCube = 1.0 / 16;
+
+/// r.M r of every spring's vector r.
+template <std::size_t count, class V>
+HYBMSS_INLINE void along_springs(const MeanMatrix<V>& m, V (&out)[count]) {
+    const V two = splat<V>(2), plus = m.ab + m.ac, minus = m.ab - m.ac, ab = m.aa + m.bb, all = ab + m.cc;
+    out[0] = m.aa, out[1] = m.bb, out[2] = m.cc;
+    out[3] = multiply_add(two, m.bc + plus, all);
+    out[4] = multiply_add(two, m.bc - plus, all);
+    out[5] = subtract_product(two, m.bc + minus, all);
+    out[6] = subtract_product(two, m.bc - minus, all);
+    if constexpr (count > 7) {
+        const V ac = m.aa + m.cc, bc = m.bb + m.cc;
+        out[7] = multiply_add(two, m.ab, ab), out[8] = subtract_product(two, m.ab, ab);
+        out[9] = multiply_add(two, m.ac, ac), out[10] = subtract_product(two, m.ac, ac);
+        out[11] = multiply_add(two, m.bc, bc), out[12] = subtract_product(two, m.bc, bc);
+    }
 }
-/// Of the face diagonals a + b, a - b, a + c, a - c, b + c, b - c: (s_a + s_b) / 2 +- a.b / h^2.
+/// |d|^2 / l^2 - 1 of every spring, from the changes of the products.
+template <std::size_t count, class V>
+HYBMSS_INLINE void mean_stretches(const CellParts<V>& change, const MeanEdges<V>& edges, V (&s)[count]) {
+    const V four = splat<V>(4), eight = splat<V>(8);
+    const Vector3<V>&a = change.a, &b = change.b, &c = change.c;
+    along_springs(MeanMatrix<V>{dot(a, Vector3<V>{a.x + eight, a.y, a.z}), dot(b, Vector3<V>{b.x, b.y + eight, b.z}),
+                                dot(c, Vector3<V>{c.x, c.y, c.z + eight}), multiply_add(four, b.x, dot(a, edges.b)),
+                                multiply_add(four, c.x, dot(a, edges.c)), multiply_add(four, c.y, dot(b, edges.c))},
+                  s);
+    for (std::size_t i = 0; i < count; ++i) {
+        s[i] = splat<V>(static_cast<Scalar<V>>(1.0 / kMeanLength2[i])) * s[i];
+    }
+}
+/// The sum of every spring's x r r^T, times its stiffness.
+template <std::size_t count, class V>
+HYBMSS_INLINE MeanMatrix<V> sum_of_springs(const V (&x)[count], V k, const MeanConstants<Scalar<V>>& constants) {
+    const V edge = k * splat<V>(constants.edge), cube = k * splat<V>(Scalar<V>(kCube));
+    const V plus = x[3] + x[4], minus = x[3] - x[4], other_plus = x[5] + x[6], other_minus = x[5] - x[6];
+    const V all = cube * (plus + other_plus);
+    MeanMatrix<V> sum = {multiply_add(edge, x[0], all), multiply_add(edge, x[1], all), multiply_add(edge, x[2], all),
+                         cube * (minus - other_minus),  cube * (minus + other_minus),  cube * (plus - other_plus)};
+    if constexpr (count > 7) {
+        const V face = k * splat<V>(constants.face);
+        const V ab = x[7] + x[8], ac = x[9] + x[10], bc = x[11] + x[12];
+        sum.aa = multiply_add(face, ab + ac, sum.aa);
+        sum.bb = multiply_add(face, ab + bc, sum.bb);
+        sum.cc = multiply_add(face, ac + bc, sum.cc);
+        sum.ab = multiply_add(face, x[7] - x[8], sum.ab);
+        sum.ac = multiply_add(face, x[9] - x[10], sum.ac);
+        sum.bc = multiply_add(face, x[11] - x[12], sum.bc);
+    }
+    return sum;
+}
+/// f + M (A, B, C)
 template <class V>
-HYBMSS_INLINE void face_stretches(const CellParts<V>& change, const MeanEdges<V>& edges, const V (&s)[3],
-                                  V (&face)[6]) {
-    const V four = splat<V>(4), half = splat<V>(Scalar<V>(0.5)), unit = splat<V>(Scalar<V>(1.0 / 16));
-    const V ab = unit * multiply_add(four, change.b.x, dot(change.a, edges.b));
-    const V ac = unit * multiply_add(four, change.c.x, dot(change.a, edges.c));
-    const V bc = unit * multiply_add(four, change.c.y, dot(change.b, edges.c));
-    const V mean_ab = half * (s[0] + s[1]), mean_ac = half * (s[0] + s[2]), mean_bc = half * (s[1] + s[2]);
-    face[0] = mean_ab + ab, face[1] = mean_ab - ab;
-    face[2] = mean_ac + ac, face[3] = mean_ac - ac;
-    face[4] = mean_bc + bc, face[5] = mean_bc - bc;
+HYBMSS_INLINE void add_product(const MeanMatrix<V>& m, const MeanEdges<V>& edges, Vector3<V> (&f)[3]) {
+    const Vector3<V>&a = edges.a, &b = edges.b, &c = edges.c;
+    f[0] = multiply_add(m.aa, a, multiply_add(m.ab, b, multiply_add(m.ac, c, f[0])));
+    f[1] = multiply_add(m.ab, a, multiply_add(m.bb, b, multiply_add(m.bc, c, f[1])));
+    f[2] = multiply_add(m.ac, a, multiply_add(m.bc, b, multiply_add(m.cc, c, f[2])));
 }
 
 /// 32 p_ia: G_i . A and so on; entry [i][0] goes with A, [1] with B, [2] with C.
@@ -142,55 +194,34 @@ template <bool face_diagonals, Volume volume, Accuracy accuracy, class V>
 HYBMSS_INLINE CornerForces<V> mean_cell_forces(const Vector3<V> (&u)[8], V k, V kappa,
                                                const MeanConstants<Scalar<V>>& constants) {
     const CellParts<V> change = cell_parts(u);
-    const Vector3<V>(&d)[4] = change.diagonal;
     const MeanEdges<V> edges = mean_edges(change);
-    V s[3];
-    edge_stretches(change, s);
-    const V stretches[7] = {s[0],
-                            s[1],
-                            s[2],
-                            CellSpring<0, 7>::stretch(d[0]),
-                            CellSpring<1, 6>::stretch(d[1]),
-                            CellSpring<2, 5>::stretch(d[2]),
-                            CellSpring<3, 4>::stretch(d[3])};
-    V tension[7];
-    one_minus_rsqrt<accuracy>(stretches, tension);
+    V s[kMeanSprings<face_diagonals>], t[kMeanSprings<face_diagonals>];
+    mean_stretches(change, edges, s);
+    one_minus_rsqrt<accuracy>(s, t);
     V p[3][3], w[3][3];
     pattern_projections(change.g, edges, p);
     pattern_tensions(p, k, constants, w);
-    const V edge = k * splat<V>(constants.edge);
-    Vector3<V> fa = multiply_add(edge * tension[0], edges.a, of_edge(w, 0, change.g));
-    Vector3<V> fb = multiply_add(edge * tension[1], edges.b, of_edge(w, 1, change.g));
-    Vector3<V> fc = multiply_add(edge * tension[2], edges.c, of_edge(w, 2, change.g));
+    Vector3<V> f[3] = {of_edge(w, 0, change.g), of_edge(w, 1, change.g), of_edge(w, 2, change.g)};
+    add_product(sum_of_springs(t, k, constants), edges, f);
+    Vector3<V> with_a = f[0], along = f[1] + f[2], against = f[2] - f[1];
     CornerForces<V> force;
     corner_sums(of_pattern(w[0], edges), of_pattern(w[1], edges), of_pattern(w[2], edges), force.even);
-    if constexpr (face_diagonals) {
-        // Tensions along a + b and a - b give their sum to both, their difference crosswise.
-        V stretch[6], t[6];
-        face_stretches(change, edges, s, stretch);
-        one_minus_rsqrt<accuracy>(stretch, t);
-        const V face = k * splat<V>(constants.face);
-        const V ab = t[0] + t[1], ac = t[2] + t[3], bc = t[4] + t[5];
-        const V across_ab = face * (t[0] - t[1]), across_ac = face * (t[2] - t[3]), across_bc = face * (t[4] - t[5]);
-        fa = multiply_add(face * (ab + ac), edges.a,
-                          multiply_add(across_ab, edges.b, multiply_add(across_ac, edges.c, fa)));
-        fb = multiply_add(face * (ab + bc), edges.b,
-                          multiply_add(across_ab, edges.a, multiply_add(across_bc, edges.c, fb)));
-        fc = multiply_add(face * (ac + bc), edges.c,
-                          multiply_add(across_ac, edges.a, multiply_add(across_bc, edges.b, fc)));
-    }
-    Vector3<V> with_a = fa, along = fb + fc, against = fc - fb;
     if constexpr (volume != Volume::none) {
+        const Vector3<V>(&d)[4] = change.diagonal;
         const CellVolume<V> cell = cell_volume(d[0], d[1], d[2], d[3]);
         const V pressure = kappa * volume_slope<volume>(cell.dilation);
         with_a = multiply_add(pressure, cell.st, with_a);
         along = multiply_add(pressure, cell.ta, along);
         against = multiply_add(pressure, cell.as, against);
     }
-    force.odd[0] = multiply_add(k * tension[3], CellSpring<0, 7>::vector(d[0]), with_a + along);
-    force.odd[1] = multiply_add(k * tension[4], CellSpring<1, 6>::vector(d[1]), along - with_a);
-    force.odd[2] = multiply_add(k * tension[5], CellSpring<2, 5>::vector(d[2]), with_a + against);
-    force.odd[3] = multiply_add(k * tension[6], CellSpring<3, 4>::vector(d[3]), against - with_a);
+    // What the fourth pattern adds to a's force on one pair of cube diagonals, it takes from it on the other.
+    const V of_fourth = k * splat<V>(constants.fourth);
+    const Vector3<V> more = multiply_add(of_fourth, change.fourth, with_a),
+                     less = subtract_product(of_fourth, change.fourth, with_a);
+    force.odd[0] = along + more;
+    force.odd[1] = along - more;
+    force.odd[2] = against + less;
+    force.odd[3] = against - less;
     return force;
 }
 
@@ -205,15 +236,17 @@ HYBMSS_INLINE V mean_cell_energy(const Vector3<V> (&u)[8], V k, const MeanConsta
     const auto number = [](double value) { return splat<V>(static_cast<Scalar<V>>(value)); };
     const CellParts<V> change = cell_parts(u);
     const MeanEdges<V> edges = mean_edges(change);
-    V s[3];
-    edge_stretches(change, s);
+    V s[kMeanSprings<face_diagonals>];
+    mean_stretches(change, edges, s);
     // 1/2 k l^2 (|d|/l - 1)^2; the constants are k / 16.
-    V sum = number(8) * splat<V>(constants.edge) * (squared_strain(s[0]) + squared_strain(s[1]) + squared_strain(s[2]));
+    V sum = number(24 * kCube) *
+            ((squared_strain(s[3]) + squared_strain(s[4])) + (squared_strain(s[5]) + squared_strain(s[6])));
+    sum = multiply_add(number(8) * splat<V>(constants.edge),
+                       squared_strain(s[0]) + squared_strain(s[1]) + squared_strain(s[2]), sum);
     if constexpr (face_diagonals) {
-        V face[6], faces = number(0);
-        face_stretches(change, edges, s, face);
-        for (const V stretch : face) {
-            faces = faces + squared_strain(stretch);
+        V faces = number(0);
+        for (std::size_t i = 7; i < 13; ++i) {
+            faces = faces + squared_strain(s[i]);
         }
         sum = multiply_add(number(16) * splat<V>(constants.face), faces, sum);
     }
@@ -225,8 +258,7 @@ HYBMSS_INLINE V mean_cell_energy(const Vector3<V> (&u)[8], V k, const MeanConsta
             sum = multiply_add(number(0.5) * w[i][j], p[i][j], sum);
         }
     }
-    const V all[7] = {k, k, k, k, k, k, k};
-    return multiply_add(k, sum, spring_energies(CubeDiagonals{}, u, all));
+    return k * multiply_add(number(0.5) * splat<V>(constants.fourth), dot(change.fourth, change.fourth), sum);
 }
 
 } // namespace

@@ -6,51 +6,8 @@
 #include "kernels/means/cell_corners.hpp"
 #include "kernels/means/mean_cell.hpp"
 
-#include <utility>
-
 namespace hybmss::kernels {
 namespace {
-
-/// visit(signs of A, B, C in the spring's vector, |d|^2 / l^2 - 1, stiffness by k / 16, l^2 in units of A) of each mean
-/// spring.
-template <bool face_diagonals, class V, class Visit>
-HYBMSS_INLINE void for_each_mean_spring(const CellParts<V>& change, const MeanEdges<V>& edges,
-                                        const MeanConstants<Scalar<V>>& constants, const Visit& visit) {
-    V s[3];
-    edge_stretches(change, s);
-    const V edge = splat<V>(constants.edge);
-    visit(std::integer_sequence<int, 1, 0, 0>(), s[0], edge);
-    visit(std::integer_sequence<int, 0, 1, 0>(), s[1], edge);
-    visit(std::integer_sequence<int, 0, 0, 1>(), s[2], edge);
-    if constexpr (face_diagonals) {
-        V f[6];
-        face_stretches(change, edges, s, f);
-        const V face = splat<V>(constants.face);
-        visit(std::integer_sequence<int, 1, 1, 0>(), f[0], face);
-        visit(std::integer_sequence<int, 1, -1, 0>(), f[1], face);
-        visit(std::integer_sequence<int, 1, 0, 1>(), f[2], face);
-        visit(std::integer_sequence<int, 1, 0, -1>(), f[3], face);
-        visit(std::integer_sequence<int, 0, 1, 1>(), f[4], face);
-        visit(std::integer_sequence<int, 0, 1, -1>(), f[5], face);
-    }
-}
-/// sum + sign * v
-template <int sign, class V>
-HYBMSS_INLINE Vector3<V> signed_sum(const Vector3<V>& sum, const Vector3<V>& v) {
-    return {signed_sum<sign>(sum.x, v.x), signed_sum<sign>(sum.y, v.y), signed_sum<sign>(sum.z, v.z)};
-}
-/// The vector with these signs of a, b, c.
-template <int a, int b, int c, class V>
-HYBMSS_INLINE Vector3<V> combined(const Vector3<V>& va, const Vector3<V>& vb, const Vector3<V>& vc) {
-    static_assert(a > 0 || (a == 0 && (b > 0 || (b == 0 && c > 0))), "begins with a plus");
-    if constexpr (a > 0) {
-        return signed_sum<c>(signed_sum<b>(va, vb), vc);
-    } else if constexpr (b > 0) {
-        return signed_sum<c>(vb, vc);
-    } else {
-        return vc;
-    }
-}
 
 /// K p of a vector of cells, or what another law makes of p: odd_i + even_i at corner i, even_i - odd_i at corner 7 -
 /// i. With p the changes of A to G_3 by the direction's, reversed where they are odd: at low corners K p is positive.
@@ -71,24 +28,39 @@ template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
         direction = cell_parts(p);
         pa = none - direction.a, pb = none - direction.b, pc = none - direction.c;
     }
-    const auto product_of = [&](V stiffness, V s, V inverse_length2, const Vector3<V>& d,
-                                const Vector3<V>& moved) HYBMSS_INLINE_BODY {
-        return law_product<law>(stiffness, s, one_minus_rsqrt<accuracy>(s), inverse_length2, d,
-                                law == SpringLaw::stiffening ? none - d : moved, stiffening);
-    };
-
-    Vector3<V> of_a = none, of_b = none, of_c = none;
-    for_each_mean_spring<face_diagonals>(
-        change, edges, constants,
-        [&]<int a, int b, int c>(std::integer_sequence<int, a, b, c>, V s, V stiffness) HYBMSS_INLINE_BODY {
-            constexpr double kLength2 = 16.0 * (a * a + b * b + c * c);
-            const Vector3<V> f =
-                product_of(k * stiffness, s, splat<V>(static_cast<T>(1 / kLength2)),
-                           combined<a, b, c>(edges.a, edges.b, edges.c), combined<a, b, c>(pa, pb, pc));
-            of_a = signed_sum<a>(of_a, f);
-            of_b = signed_sum<b>(of_b, f);
-            of_c = signed_sum<c>(of_c, f);
-        });
+    // k [ isotropic p + axial n n.p ] of every spring, n = (1 - t) d / l.
+    constexpr std::size_t kSprings = kMeanSprings<face_diagonals>;
+    V s[kSprings], t[kSprings], isotropic[kSprings], axial[kSprings];
+    mean_stretches(change, edges, s);
+    one_minus_rsqrt<accuracy>(s, t);
+    if constexpr (law != SpringLaw::stiffening) {
+        const V half = splat<V>(T(0.5));
+        along_springs(MeanMatrix<V>{dot(edges.a, pa), dot(edges.b, pb), dot(edges.c, pc),
+                                    half * (dot(edges.a, pb) + dot(edges.b, pa)),
+                                    half * (dot(edges.a, pc) + dot(edges.c, pa)),
+                                    half * (dot(edges.b, pc) + dot(edges.c, pb))},
+                      axial);
+    }
+    for (std::size_t i = 0; i < kSprings; ++i) {
+        const LawFactors<V> factor = law_factors<law>(s[i], t[i], stiffening);
+        isotropic[i] = factor.isotropic;
+        if constexpr (law != SpringLaw::stiffening) {
+            const V shortened = splat<V>(1) - t[i];
+            axial[i] =
+                factor.axial * (shortened * shortened) * (splat<V>(static_cast<T>(1.0 / kMeanLength2[i])) * axial[i]);
+        }
+    }
+    Vector3<V> on_edge[3] = {none, none, none};
+    if constexpr (law == SpringLaw::stiffening) {
+        const MeanEdges<V> opposite = {none - edges.a, none - edges.b, none - edges.c};
+        add_product(sum_of_springs(isotropic, k, constants), opposite, on_edge);
+    } else {
+        add_product(sum_of_springs(axial, k, constants), edges, on_edge);
+        if constexpr (law != SpringLaw::damping) {
+            add_product(sum_of_springs(isotropic, k, constants), MeanEdges<V>{pa, pb, pc}, on_edge);
+        }
+    }
+    Vector3<V>&of_a = on_edge[0], &of_b = on_edge[1], &of_c = on_edge[2];
     if constexpr (law == SpringLaw::elastic || law == SpringLaw::damping) {
         // dP = dG . A + G . dA, and the tensions that these make; a dashpot has no more.
         V old[3][3], moved[3][3], w[3][3], dw[3][3];
@@ -122,16 +94,12 @@ template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
 
     const Vector3<V> along = of_b + of_c, against = of_c - of_b;
     Vector3<V>(&odd)[4] = result.odd;
-    odd[0] = of_a + along, odd[1] = along - of_a, odd[2] = of_a + against, odd[3] = against - of_a;
-    const auto add_diagonal = [&](auto spring, int i) HYBMSS_INLINE_BODY {
-        using Spring = decltype(spring);
-        odd[i] = odd[i] + product_of(k, Spring::stretch(change.diagonal[i]), splat<V>(static_cast<T>(1.0 / 3)),
-                                     Spring::vector(change.diagonal[i]), none - direction.diagonal[i]);
-    };
-    add_diagonal(CellSpring<0, 7>(), 0);
-    add_diagonal(CellSpring<1, 6>(), 1);
-    add_diagonal(CellSpring<2, 5>(), 2);
-    add_diagonal(CellSpring<3, 4>(), 3);
+    Vector3<V> minus = of_a, plus = of_a;
+    if constexpr (law == SpringLaw::elastic || law == SpringLaw::damping) {
+        minus = subtract_product(k * splat<V>(constants.fourth), direction.fourth, of_a);
+        plus = multiply_add(k * splat<V>(constants.fourth), direction.fourth, of_a);
+    }
+    odd[0] = along + minus, odd[1] = along - minus, odd[2] = against + plus, odd[3] = against - plus;
     if constexpr (sum.volume != Volume::none) {
         add_volume_product<sum.volume>(u, p, kappa, odd);
     }
@@ -232,10 +200,15 @@ HYBMSS_INLINE void add_pattern_block(int corner, const CellParts<V>& change, con
             isotropic = isotropic + with_sign(pattern[i] * side(corner, j), w[i][j] + w[i][j]);
         }
     }
+    isotropic = multiply_add(k, splat<V>(constants.fourth), isotropic);
     for (int i = 0; i < 3; ++i) {
         block.entry[i] = block.entry[i] + isotropic;
     }
 }
+
+/// Of a, b, c in each spring's vector.
+constexpr int kSigns[13][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 1, 1},  {1, -1, -1}, {1, -1, 1}, {1, 1, -1},
+                               {1, 1, 0}, {1, -1, 0}, {1, 0, 1}, {1, 0, -1}, {0, 1, 1},   {0, 1, -1}};
 
 /// The diagonal blocks of the corners.
 template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
@@ -245,29 +218,30 @@ template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
     constexpr SpringLaw law = sum.law;
     using T = Scalar<V>;
     const V zero = splat<V>(0);
-    const V all[7] = {k, k, k, k, k, k, k};
     const CellParts<V> change = cell_parts(u);
     const MeanEdges<V> edges = mean_edges(change);
     for (Symmetric3<V>& block : blocks) {
         block = {{zero, zero, zero, zero, zero, zero}};
     }
-    add_spring_blocks<accuracy, law>(CubeDiagonals{}, u, all, stiffening, blocks);
-    for_each_mean_spring<face_diagonals>(
-        change, edges, constants,
-        [&]<int a, int b, int c>(std::integer_sequence<int, a, b, c>, V s, V stiffness) HYBMSS_INLINE_BODY {
-            constexpr double kLength2 = 16.0 * (a * a + b * b + c * c);
-            const Symmetric3<V> h =
-                law_block<law>(k * stiffness, s, one_minus_rsqrt<accuracy>(s), splat<V>(static_cast<T>(1 / kLength2)),
-                               combined<a, b, c>(edges.a, edges.b, edges.c), stiffening);
-            for (int corner = 0; corner < 8; ++corner) {
-                // A corner moves the vector by 0, once or twice.
-                const int moves = a * side(corner, 0) + b * side(corner, 1) + c * side(corner, 2);
-                for (int e = 0; e < kBlockEntries && moves != 0; ++e) {
-                    blocks[corner].entry[e] =
-                        multiply_add(splat<V>(static_cast<T>(moves * moves)), h.entry[e], blocks[corner].entry[e]);
-                }
+    V s[kMeanSprings<face_diagonals>];
+    mean_stretches(change, edges, s);
+    for (std::size_t i = 0; i < kMeanSprings<face_diagonals>; ++i) {
+        const int(&sign)[3] = kSigns[i];
+        const auto with = [&](int axis, const Vector3<V>& edge)
+                              HYBMSS_INLINE_BODY { return scaled(splat<V>(static_cast<T>(sign[axis])), edge); };
+        const V stiffness = i < 3 ? splat<V>(constants.edge) : i < 7 ? splat<V>(T(kCube)) : splat<V>(constants.face);
+        const Symmetric3<V> h = law_block<law>(k * stiffness, s[i], one_minus_rsqrt<accuracy>(s[i]),
+                                               splat<V>(static_cast<T>(1.0 / kMeanLength2[i])),
+                                               with(0, edges.a) + with(1, edges.b) + with(2, edges.c), stiffening);
+        for (int corner = 0; corner < 8; ++corner) {
+            // A corner moves the vector so many times.
+            const int moves = sign[0] * side(corner, 0) + sign[1] * side(corner, 1) + sign[2] * side(corner, 2);
+            for (int e = 0; e < kBlockEntries; ++e) {
+                blocks[corner].entry[e] =
+                    multiply_add(splat<V>(static_cast<T>(moves * moves)), h.entry[e], blocks[corner].entry[e]);
             }
-        });
+        }
+    }
     if constexpr (law == SpringLaw::elastic || law == SpringLaw::damping) {
         V p[3][3], w[3][3];
         pattern_projections(change.g, edges, p);
@@ -322,15 +296,16 @@ template <bool face_diagonals, class V>
 [[gnu::noinline]] V mean_cell_stiffening(const Vector3<V> (&u)[8], V k, const MeanConstants<Scalar<V>>& constants,
                                          const StiffeningConstants<Scalar<V>>& stiffening) {
     const CellParts<V> change = cell_parts(u);
-    V cell = splat<V>(0);
-    for_each_mean_spring<face_diagonals>(
-        change, mean_edges(change), constants,
-        [&]<int a, int b, int c>(std::integer_sequence<int, a, b, c>, V s, V stiffness) HYBMSS_INLINE_BODY {
-            constexpr auto kLength2 = static_cast<Scalar<V>>(16.0 * (a * a + b * b + c * c));
-            cell = multiply_add(splat<V>(kLength2) * stiffness, stiffening_energy(s, stiffening), cell);
-        });
-    const V all[7] = {k, k, k, k, k, k, k};
-    return multiply_add(k, cell, stiffening_energies(CubeDiagonals{}, u, all, stiffening));
+    V s[kMeanSprings<face_diagonals>], cell = splat<V>(0);
+    mean_stretches(change, mean_edges(change), s);
+    for (std::size_t i = 0; i < kMeanSprings<face_diagonals>; ++i) {
+        const V stiffness = i < 3   ? splat<V>(constants.edge)
+                            : i < 7 ? splat<V>(Scalar<V>(kCube))
+                                    : splat<V>(constants.face);
+        cell = multiply_add(splat<V>(static_cast<Scalar<V>>(kMeanLength2[i])) * stiffness,
+                            stiffening_energy(s[i], stiffening), cell);
+    }
+    return k * cell;
 }
 
 template <bool face_diagonals, class V>

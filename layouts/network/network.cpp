@@ -61,6 +61,7 @@ void validate_means(const Network::Means& means) {
     check("network means: bending", patterns.bending, 0, kNotNegative);
     check("network means: twist", patterns.twist, 0, kNotNegative);
     check("network means: joint_twist", patterns.joint_twist, 0, kNotNegative);
+    check("network means: fourth", patterns.fourth, 0, kNotNegative);
     if (!(std::abs(patterns.coupling) <= 1)) {
         refuse_value("network means: coupling", patterns.coupling, "from -1 to 1");
     }

@@ -25,21 +25,23 @@ struct CellStiffness {
     Matrix24 body = Matrix24::Zero(), springs = Matrix24::Zero();
 };
 
-/// Edges and face diagonals on the cell's means, and what its patterns store: at rest these are p_ij = g_i . e_j.
-void add_mean_springs(const SpringConstants& constants, const PatternConstants& patterns, Matrix24& stiffness) {
+/// Of a cell's springs on its means, and of what its patterns store: at rest these are p_ij = g_i . e_j.
+Matrix24 mean_stiffness(const SpringConstants& constants, const PatternConstants& patterns) {
+    const double stiffness_of[3] = {constants.edge, constants.face_diagonal, constants.cube_diagonal};
+    Matrix24 stiffness = Matrix24::Zero();
     for (int code = 0; code < 27; ++code) {
         const Vector3d signs(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
         const double length2 = signs.squaredNorm();
         const double first = signs[0] != 0 ? signs[0] : signs[1] != 0 ? signs[1] : signs[2];
-        if (first <= 0 || length2 > 2) {
-            continue; // the opposite of another, or a cube diagonal
+        if (first <= 0) {
+            continue; // the opposite of another
         }
         Eigen::Matrix<double, 24, 1> along;
         for (int corner = 0; corner < 8; ++corner) {
             along.segment<3>(3 * corner) =
                 signs.dot(2 * corner_position(corner) - Vector3d::Ones()) / 4 * signs.normalized();
         }
-        stiffness += (length2 == 1 ? constants.edge : constants.face_diagonal) * along * along.transpose();
+        stiffness += stiffness_of[static_cast<std::size_t>(length2) - 1] * along * along.transpose();
     }
     Eigen::Matrix<double, 24, 1> p[3][3];
     for (int i = 0; i < 3; ++i) {
@@ -53,6 +55,13 @@ void add_mean_springs(const SpringConstants& constants, const PatternConstants& 
     }
     const Eigen::Matrix<double, 24, 1> together = p[0][0] + p[1][1] + p[2][2];
     stiffness += patterns.joint_twist * together * together.transpose();
+    for (int axis = 0; axis < 3; ++axis) {
+        Eigen::Matrix<double, 24, 1> fourth = Eigen::Matrix<double, 24, 1>::Zero();
+        for (int corner = 0; corner < 8; ++corner) {
+            fourth[3 * corner + axis] = (2 * corner_position(corner) - Vector3d::Ones()).prod() / 8;
+        }
+        stiffness += patterns.fourth * fourth * fourth.transpose();
+    }
     for (int i = 0; i < 3; ++i) {
         stiffness += patterns.twist * p[i][i] * p[i][i].transpose();
         for (int j = 0; j < 3; ++j) {
@@ -61,6 +70,7 @@ void add_mean_springs(const SpringConstants& constants, const PatternConstants& 
             }
         }
     }
+    return stiffness;
 }
 
 /// How a cube of the edge 1 changes its volume with its corners: 1/4 (+-1, +-1, +-1) each.
@@ -87,11 +97,6 @@ Matrix24 spring_stiffness(const std::array<double, 3>& stiffness_of) {
             stiffness.block<3, 3>(3 * b, 3 * a) -= block;
         }
     }
-    return stiffness;
-}
-Matrix24 mean_stiffness(const SpringConstants& constants, const PatternConstants& patterns) {
-    Matrix24 stiffness = spring_stiffness({0, 0, constants.cube_diagonal});
-    add_mean_springs(constants, patterns, stiffness);
     return stiffness;
 }
 

@@ -65,7 +65,8 @@ kernels::MeanConstants<T> mean_constants(const SpringConstants& springs, const P
     const double k = springs.cube_diagonal;
     return {static_cast<T>(springs.edge / (16 * k)),       static_cast<T>(springs.face_diagonal / (16 * k)),
             static_cast<T>(patterns.bending / (1024 * k)), static_cast<T>(patterns.coupling),
-            static_cast<T>(patterns.twist / (1024 * k)),   static_cast<T>(patterns.joint_twist / (1024 * k))};
+            static_cast<T>(patterns.twist / (1024 * k)),   static_cast<T>(patterns.joint_twist / (1024 * k)),
+            static_cast<T>(patterns.fourth / (64 * k))};
 }
 
 template kernels::MeanConstants<float> mean_constants(const SpringConstants&, const PatternConstants&);

@@ -116,12 +116,9 @@ double cell_energy(const Material& material, double cell_size, double scale,
         energy +=
             k * length2 * e * e * (0.5 + e * (material.stiffening.quadratic / 3 + material.stiffening.cubic / 4 * e));
     };
-    for (unsigned a = 0; a < 8; ++a) {
+    for (unsigned a = 0; a < 8 && !means; ++a) {
         for (unsigned b = a + 1; b < 8; ++b) {
             const int axes = std::popcount(a ^ b);
-            if (means && axes < 3) {
-                continue;
-            }
             Vector3 r{}, du{};
             for (unsigned axis = 0; axis < 3; ++axis) {
                 r[axis] = cell_size * (static_cast<double>(b >> axis & 1u) - static_cast<double>(a >> axis & 1u));
@@ -136,6 +133,7 @@ double cell_energy(const Material& material, double cell_size, double scale,
     if (means) {
         // The changes of a, b, c and the patterns, as in PatternConstants.
         std::array<Vector3, 3> change{}, pattern{};
+        Vector3 fourth{};
         for (unsigned corner = 0; corner < 8; ++corner) {
             const auto side = [corner](std::size_t axis) { return corner >> axis & 1u ? 1.0 : -1.0; };
             for (std::size_t i = 0; i < 3; ++i) {
@@ -144,6 +142,9 @@ double cell_energy(const Material& material, double cell_size, double scale,
                     change[i][axis] += side(i) / 4 * u;
                     pattern[i][axis] += side((i + 1) % 3) * side((i + 2) % 3) / 8 * u;
                 }
+            }
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                fourth[axis] += side(0) * side(1) * side(2) / 8 * (displacement[corner][axis] - displacement[0][axis]);
             }
         }
         for (int code = 14; code < 27; ++code) { // one of each direction and its opposite
@@ -154,9 +155,10 @@ double cell_energy(const Material& material, double cell_size, double scale,
                 r[axis] = cell_size * sign[axis];
                 du[axis] = sign[0] * change[0][axis] + sign[1] * change[1][axis] + sign[2] * change[2][axis];
             }
-            if (axes < 3) {
-                add_spring(axes == 1 ? constants.edge : constants.face_diagonal, r, du);
-            }
+            add_spring(axes == 1   ? constants.edge
+                       : axes == 2 ? constants.face_diagonal
+                                   : constants.cube_diagonal,
+                       r, du);
         }
         const PatternConstants k = pattern_constants(material, cell_size);
         double p[3][3] = {}, twist = 0;
@@ -169,6 +171,9 @@ double cell_energy(const Material& material, double cell_size, double scale,
             twist += p[i][i];
         }
         energy += k.joint_twist * twist * twist / 2;
+        for (const double g : fourth) {
+            energy += k.fourth * g * g / 2;
+        }
         for (std::size_t i = 0; i < 3; ++i) {
             energy += k.twist * p[i][i] * p[i][i] / 2;
             for (std::size_t j = 0; j < i; ++j) {

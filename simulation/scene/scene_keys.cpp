@@ -89,7 +89,7 @@ constexpr Key<Material> kMaterialKeys[] = {
     {"face_diagonal_ratio", "", kFrom0To1e6, "1", "A = k_f / k_c; 0 leaves the face diagonals out (HybMSS-FD)",
      member<&Material::face_diagonal_ratio>},
     {"springs", "", words("\"nodes\" or \"means\""), "\"nodes\"",
-     "where edges and face diagonals act: between nodes, or on the means of each cell (HybMSS-M)",
+     "where springs act: between nodes, or on the means of each cell (HybMSS-M)",
      member_as<ChoiceFormat, &Material::springs>},
     {"volume_energy", "", words("\"automatic\", \"quadratic\", \"mean_stretch\" or \"none\""), "\"automatic\"",
      "energy of the volume ratio J; `automatic`: quadratic at nu >= 1/4, mean stretch below; `none`: springs only "

@@ -65,11 +65,12 @@ CellStiffness::CellStiffness(const Material& material, double h)
     share_[0] = 0;
     share_[1] = means_ ? 0 : k.edge / 4 * h;
     share_[2] = means_ ? 0 : k.face_diagonal / 2 * h;
-    share_[3] = k.cube_diagonal * h;
+    share_[3] = means_ ? 0 : k.cube_diagonal * h;
     on_means_[0] = 0;
     on_means_[1] = k.edge * h;
     on_means_[2] = k.face_diagonal * h;
-    for (double* constant : {&patterns_.bending, &patterns_.twist, &patterns_.joint_twist}) {
+    on_means_[3] = k.cube_diagonal * h;
+    for (double* constant : {&patterns_.bending, &patterns_.twist, &patterns_.joint_twist, &patterns_.fourth}) {
         *constant *= h;
     }
 }
@@ -138,7 +139,7 @@ void CellStiffness::add_mean_springs(const double (&u)[8][3], double scale, Cell
     for (int code = 14; code < 27; ++code) { // one of each direction and its opposite
         const int sign[3] = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
         const int axes = sign[0] * sign[0] + sign[1] * sign[1] + sign[2] * sign[2];
-        if (axes > 2 || on_means_[axes] == 0) {
+        if (on_means_[axes] == 0) {
             continue;
         }
         double d[3], weight[8];
@@ -195,6 +196,14 @@ void CellStiffness::add_mean_springs(const double (&u)[8][3], double scale, Cell
         }
     }
     add_square(patterns_.joint_twist, together);
+    for (unsigned a = 0; a < 8; ++a) {
+        for (unsigned b = 0; b < 8; ++b) {
+            const double of_both = std::popcount(a ^ b) % 2 == 0 ? 1.0 / 64 : -1.0 / 64;
+            for (const std::size_t e : {0u, 4u, 8u}) {
+                add(a, b, e, of_both * patterns_.fourth);
+            }
+        }
+    }
 }
 
 std::size_t spring_direction(std::size_t a, std::size_t b) {

@@ -56,8 +56,8 @@ private:
     void add_mean_springs(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix) const;
 
     double share_[4];    ///< k h of a cell's share of a spring, by the number of axes along which its ends differ
-    bool means_;         ///< edges and face diagonals on the cell's means:
-    double on_means_[3]; ///< k h, likewise
+    bool means_;         ///< springs on the cell's means:
+    double on_means_[4]; ///< k h, likewise
     PatternConstants patterns_; ///< by h
     double kappa_;              ///< kappa h^2
     double crush_;              ///< crush_modulus() h^2

@@ -92,7 +92,8 @@ void expect_same_means(const reference::Body& body, const reference::Body& expec
                                    {a.bending, b.bending},
                                    {a.coupling, b.coupling},
                                    {a.twisting, b.twisting},
-                                   {a.twist_sum, b.twist_sum}}) {
+                                   {a.twist_sum, b.twist_sum},
+                                   {a.fourth, b.fourth}}) {
             EXPECT_NEAR(x, y, kTolerance * std::abs(y));
         }
     }

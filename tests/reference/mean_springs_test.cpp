@@ -150,9 +150,7 @@ TEST(MeanSprings, CantileversAreNearlyConvergedOnOneCellAcross) {
     }
 }
 
-/// Six rigid motions. Without face diagonals cube diagonals alone see a cell's shear and the pattern s_x s_y s_z, and
-/// of both the sum only: a cell by itself has three motions more, a rod one cell thick two.
-TEST(MeanSprings, NothingButRigidMotionsIsFreeAtRestWhereFaceDiagonalsOrNeighboursHold) {
+TEST(MeanSprings, NothingButRigidMotionsIsFreeAtRest) {
     for (const double nu : kNu) {
         for (const double ratio : {0.0, 0.1, 1.0}) {
             for (const auto& [nx, ny, nz] :
@@ -165,33 +163,24 @@ TEST(MeanSprings, NothingButRigidMotionsIsFreeAtRestWhereFaceDiagonalsOrNeighbou
                     reference::hessian(body, std::vector<Vector3d>(body.rest.size(), Vector3d::Zero()));
                 const Eigen::VectorXd values =
                     Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(hessian, Eigen::EigenvaluesOnly).eigenvalues();
-                const int unheld = ratio > 0 || ny > 1 ? 0 : nx > 1 ? 2 : 3;
                 EXPECT_LE(std::abs(values[0]), 1e-12 * values[values.size() - 1]);
-                EXPECT_LE(std::abs(values[5 + unheld]), 1e-12 * values[values.size() - 1]);
-                EXPECT_GE(values[6 + unheld], 0.001 * shear(material(nu)) * 0.5);
+                EXPECT_LE(std::abs(values[5]), 1e-12 * values[values.size() - 1]);
+                EXPECT_GE(values[6], 0.001 * shear(material(nu)) * 0.5);
             }
         }
     }
 }
 
-/// But to the fourth pattern, s_x s_y s_z, which the cube diagonals alone hold, beside what they do for a, b, c.
 TEST(MeanSprings, AtRestTheRatioDoesNotMatter) {
     for (const double nu : kNu) {
-        const Lattice lattice = Lattice::box(1, 1, 1, 0.5);
+        const Lattice lattice = Lattice::box(2, 1, 1, 0.5);
         const auto hessian_at_rest = [&](double ratio) {
             const reference::Body body =
                 reference::assemble(lattice, with_springs_on(SpringForm::means, material(nu, ratio)));
             return Eigen::MatrixXd(reference::hessian(body, std::vector<Vector3d>(body.rest.size(), Vector3d::Zero())));
         };
-        Eigen::MatrixXd fourth = Eigen::MatrixXd::Zero(24, 3);
-        for (Eigen::Index corner = 0; corner < 8; ++corner) {
-            const bool odd = ((corner ^ corner >> 1 ^ corner >> 2) & 1) != 0;
-            fourth.block<3, 3>(3 * corner, 0) = (odd ? 1 : -1) * Eigen::Matrix3d::Identity() / std::sqrt(8.0);
-        }
-        const Eigen::MatrixXd other = Eigen::MatrixXd::Identity(24, 24) - fourth * fourth.transpose();
-        const Eigen::MatrixXd without = hessian_at_rest(0), change = hessian_at_rest(10) - without;
-        EXPECT_LE((other * change * other).norm(), 1e-13 * without.norm());
-        EXPECT_GT(change.norm(), 1000 * 1e-13 * without.norm());
+        const Eigen::MatrixXd without = hessian_at_rest(0);
+        EXPECT_LE((hessian_at_rest(10) - without).norm(), 1e-13 * without.norm());
     }
 }
 

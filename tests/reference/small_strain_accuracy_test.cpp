@@ -41,7 +41,7 @@ void add_mean_spring_forces(const reference::MeanSprings& cell, const std::vecto
         for (int j = -1; j <= 1; ++j) {
             for (int k = -1; k <= 1; ++k) {
                 const int axes = i * i + j * j + k * k;
-                if (i + 3 * j + 9 * k > 0 && axes < 3) {
+                if (i + 3 * j + 9 * k > 0) {
                     const Weights w = i * a[0] + j * a[1] + k * a[2];
                     const Vector3l d = corners * w;
                     const auto stiffness = static_cast<long double>(cell.stiffness[static_cast<std::size_t>(axes - 1)]);
@@ -56,6 +56,8 @@ void add_mean_spring_forces(const reference::MeanSprings& cell, const std::vecto
         gradient += q / h * (corners * a[j] * g[i].transpose() + corners * g[i] * a[j].transpose());
     };
     const auto& k = cell.hourglass;
+    const Weights fourth = s[0].cwiseProduct(s[1]).cwiseProduct(s[2]) / 8;
+    gradient += static_cast<long double>(k.fourth) * (corners * fourth) * fourth.transpose();
     for (int i = 0; i < 3; ++i) {
         add(static_cast<long double>(k.twisting) * p(i, i) +
                 static_cast<long double>(k.twist_sum) * (p(0, 0) + p(1, 1) + p(2, 2)),
