@@ -170,10 +170,13 @@ struct MeanCells {
 
 // ---- second derivatives, and passes by other laws of the springs
 
-/// The constants of g(e), without unit; zero where the law has none.
+/// The constants of g(e), without unit; zero where the law has none. And which second derivatives elasticity and
+/// volumes have: the energy's as the numbers stand here, those of no state indefinite where they are zero.
 template <class T>
 struct StiffeningConstants {
     T quadratic, cubic;
+    T least_tension = T(-1e30); ///< what t = 1 - l/|d| is bounded by: springs under compression push sideways
+    T geometric = 1;            ///< factor of what pressure and patterns' tensions add as the corners move
 };
 
 /// The entries of a symmetric 3x3 block, in the order in which their arrays come.

@@ -129,7 +129,8 @@ template <SpringLaw law, class V>
 HYBMSS_INLINE LawFactors<V> law_factors(V s, V t, const StiffeningConstants<Scalar<V>>& c) {
     const V one = splat<V>(1);
     if constexpr (law == SpringLaw::elastic) {
-        return {t, one - t};
+        const V bounded = maximum(t, splat<V>(c.least_tension));
+        return {bounded, one - bounded};
     } else if constexpr (law == SpringLaw::damping) {
         return {splat<V>(0), one};
     } else {

@@ -67,12 +67,12 @@ void lattice_crush(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
 /// The second derivatives of it, times `direction`.
 template <class V>
 void lattice_crush_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
-    sweep_crushed<V>(layer, [&](const CellRows& at, const CellVolume<V>& cell, V depth, V scale, Vector3<V>(&f)[4])
-                                HYBMSS_INLINE_BODY {
-                                    Vector3<V> p[8];
-                                    load_cells<V>(layer, layer.direction, at, p);
-                                    add_volume_product(cell, crush_derivatives(depth), p, scale, f);
-                                });
+    sweep_crushed<V>(layer, [&](const CellRows& at, const CellVolume<V>& cell, V depth, V scale,
+                                Vector3<V>(&f)[4]) HYBMSS_INLINE_BODY {
+        Vector3<V> p[8];
+        load_cells<V>(layer, layer.direction, at, p);
+        add_volume_product(cell, crush_derivatives(depth), p, scale, layer.stiffening.geometric, f);
+    });
 }
 
 /// Its blocks on the diagonal: adds to `partial`, sets `above`.

@@ -71,12 +71,13 @@ HYBMSS_INLINE CellVolume<V> volume_of_cells(const Vector3<V> (&u)[8]) {
 ///     dJ = (d4a . (S x T) + dS . (T x 4a) + dT . (4a x S)) / 32,  d(S x T) = dS x T + S x dT, ...
 template <class V>
 HYBMSS_INLINE void add_volume_product(const CellVolume<V>& cell, const VolumeDerivatives<V>& phi,
-                                      const Vector3<V> (&p)[8], V scale, Vector3<V> (&product)[4]) {
+                                      const Vector3<V> (&p)[8], V scale, Scalar<V> geometric,
+                                      Vector3<V> (&product)[4]) {
     const Vector3<V> p0 = p[0] - p[7], p1 = p[1] - p[6], p2 = p[2] - p[5], p3 = p[3] - p[4];
     const Vector3<V> ds = p0 + p1, dt = p2 + p3, da = (p0 - p1) + (p2 - p3);
     const V change =
         (dot(da, cell.st) + dot(ds, cell.ta) + dot(dt, cell.as)) * splat<V>(static_cast<Scalar<V>>(1.0 / 32.0));
-    const V along = scale * phi.curvature * change, pressure = scale * phi.slope;
+    const V along = scale * phi.curvature * change, pressure = scale * splat<V>(geometric) * phi.slope;
     const Vector3<V> ws = scaled(pressure, ds), wt = scaled(pressure, dt), wa = scaled(pressure, da);
     const Vector3<V> st = add_cross(cell.s, wt, add_cross(ws, cell.t, scaled(along, cell.st)));
     const Vector3<V> ta = add_cross(cell.t, wa, add_cross(wt, cell.a, scaled(along, cell.ta)));
@@ -88,10 +89,10 @@ HYBMSS_INLINE void add_volume_product(const CellVolume<V>& cell, const VolumeDer
 }
 
 template <Volume volume, class V>
-HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V> (&p)[8], V scale,
+HYBMSS_INLINE void add_volume_product(const Vector3<V> (&u)[8], const Vector3<V> (&p)[8], V scale, Scalar<V> geometric,
                                       Vector3<V> (&product)[4]) {
     const CellVolume<V> cell = volume_of_cells(u);
-    add_volume_product(cell, volume_derivatives<volume>(cell.dilation), p, scale, product);
+    add_volume_product(cell, volume_derivatives<volume>(cell.dilation), p, scale, geometric, product);
 }
 
 template <class V, int corners, class... Springs>

@@ -69,7 +69,7 @@ void lattice_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
         Vector3<V> f[4] = {diagonals.template at<0, 7>(), diagonals.template at<1, 6>(), diagonals.template at<2, 5>(),
                            diagonals.template at<3, 4>()};
         if constexpr (sum.volume != Volume::none) {
-            add_volume_product<sum.volume>(u, p, k[6] * splat<V>(layer.volume_ratio), f);
+            add_volume_product<sum.volume>(u, p, k[6] * splat<V>(layer.volume_ratio), layer.stiffening.geometric, f);
         }
         const auto springs = spring_products<accuracy, law>(EdgesAndFaces<face_diagonals>{}, u, p, k, layer.stiffening);
         const Vector3<V>&x = springs.template at<0, 1>(), &y = springs.template at<0, 2>(),

@@ -79,7 +79,7 @@ template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
         Vector3<V> patterns[3] = {of_pattern(dw[0], edges), of_pattern(dw[1], edges), of_pattern(dw[2], edges)};
         if constexpr (law == SpringLaw::elastic) {
             pattern_projections(change.g, edges, old);
-            pattern_tensions(old, k, constants, w);
+            pattern_tensions(old, k * splat<V>(stiffening.geometric), constants, w);
             of_a = of_a - of_edge(w, 0, direction.g);
             of_b = of_b - of_edge(w, 1, direction.g);
             of_c = of_c - of_edge(w, 2, direction.g);
@@ -101,7 +101,7 @@ template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
     }
     odd[0] = along + minus, odd[1] = along - minus, odd[2] = against + plus, odd[3] = against - plus;
     if constexpr (sum.volume != Volume::none) {
-        add_volume_product<sum.volume>(u, p, kappa, odd);
+        add_volume_product<sum.volume>(u, p, kappa, stiffening.geometric, odd);
     }
 }
 
@@ -245,7 +245,7 @@ template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
     if constexpr (law == SpringLaw::elastic || law == SpringLaw::damping) {
         V p[3][3], w[3][3];
         pattern_projections(change.g, edges, p);
-        pattern_tensions(p, k, constants, w);
+        pattern_tensions(p, k * splat<V>(stiffening.geometric), constants, w);
         for (int corner = 0; corner < 8; ++corner) {
             add_pattern_block<law == SpringLaw::elastic>(corner, change, edges, w, k, constants, blocks[corner]);
         }

@@ -75,7 +75,7 @@ void packed_cell_product(const CellBlock<Scalar<V>>* blocks, const PackedHessian
             Vector3<V> p[3], change[3];
             mean_edges(block, lane, nodes.direction, p);
             cofactor_products(cell, p, scale * phi.curvature * load_lanes<V>(block.inverse_volume + lane),
-                              scale * phi.slope, change);
+                              scale * splat<V>(nodes.stiffening.geometric) * phi.slope, change);
             V bc[4], ca[4], ab[4];
             vector_to_quads(change[0], bc);
             vector_to_quads(change[1], ca);

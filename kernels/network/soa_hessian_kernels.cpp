@@ -40,8 +40,8 @@ void soa_cell_product(const NetworkCells<Scalar<V>>& cells, const HessianArrays<
         const V scale = load_lanes<V>(cells.kappa + i) * splat<V>(T(0.25));
         Vector3<V> p[3], change[3];
         mean_edges(cells, nodes.direction, i, p);
-        cofactor_products(cell, p, scale * phi.curvature * load_lanes<V>(cells.inverse_volume + i), scale * phi.slope,
-                          change);
+        cofactor_products(cell, p, scale * phi.curvature * load_lanes<V>(cells.inverse_volume + i),
+                          scale * splat<V>(nodes.stiffening.geometric) * phi.slope, change);
         const Vector3<V> plus = change[0] + change[1], minus = change[0] - change[1];
         // On the corners 7, 6, 5, 4; those on 0, 1, 2, 3 are opposite.
         const Vector3<V> high_change[4] = {plus + change[2], change[2] - minus, minus + change[2], change[2] - plus};

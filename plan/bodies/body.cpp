@@ -180,24 +180,27 @@ PotentialEnergy Body<T>::energy(State<T>& state) const {
 }
 
 template <class T>
-void Body<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
-    linear_product(state, direction, product);
-    for (const Beside& pass : beside_) {
-        std::vector<Stage> stages = spring_stages(state, {pass.tangent, pass.stiffening}, &direction, state.beside);
+void Body<T>::hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product,
+                              Curvature curvature) const {
+    linear_product(state, SpringPass<T>{SpringLaw::elastic}.with(curvature), direction, product);
+    for (const Beside& beside : beside_) {
+        const SpringPass<T> pass{beside.tangent, beside.stiffening};
+        std::vector<Stage> stages = spring_stages(state, pass.with(curvature), &direction, state.beside);
         stages.push_back(move_into_stage(product, state.beside, array_count<T>(product), T(1)));
         workers_.run(stages, 1);
     }
 }
 
 template <class T>
-void Body<T>::linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+void Body<T>::linear_product(State<T>& state, const SpringPass<T>& pass, const NodeField<T>& direction,
+                             NodeField<T>& product) const {
     clear_like(state.displacement, product);
-    workers_.run(spring_stages(state, {SpringLaw::elastic}, &direction, product), 1);
+    workers_.run(spring_stages(state, pass, &direction, product), 1);
 }
 
 template <class T>
-void Body<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const {
-    spring_diagonal(state, {SpringLaw::elastic}, blocks);
+void Body<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6], Curvature curvature) const {
+    spring_diagonal(state, SpringPass<T>{SpringLaw::elastic}.with(curvature), blocks);
     for (const Beside& pass : beside_) {
         AlignedArray<T> more[6];
         spring_diagonal(state, {pass.tangent, pass.stiffening}, more);

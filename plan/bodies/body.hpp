@@ -59,12 +59,24 @@ struct State {
     std::size_t bytes() const;
 };
 
+/// Which second derivatives: those of the energy; or what no state makes indefinite of them, springs under compression
+/// without their negative part and cells without the curvature of their volume.
+enum class Curvature { whole, convex };
+
 /// A pass over all springs by a law of their own, beside or instead of their elasticity, or over crushed cells; or by
 /// elasticity, cells and all.
 template <class T>
 struct SpringPass {
     kernels::SpringLaw law;
-    kernels::StiffeningConstants<T> stiffening = {}; ///< of the laws that stiffen
+    kernels::StiffeningConstants<T> stiffening = {}; ///< of the laws that stiffen, and those of `curvature`
+
+    SpringPass with(Curvature curvature) const {
+        SpringPass pass = *this;
+        if (curvature == Curvature::convex) {
+            pass.stiffening.least_tension = pass.stiffening.geometric = 0;
+        }
+        return pass;
+    }
 
     /// Of a body's cells, those that the pass takes account of: with the springs' elasticity all of them.
     kernels::Volume cells(kernels::Volume all) const {
@@ -118,11 +130,12 @@ public:
     /// length unit like displacements. What lies between and behind the nodes in `direction` must be zero, and is zero
     /// in `product`, so that sums over whole arrays are sums over the nodes. Makes `product`'s arrays where they are
     /// empty; it must not be `direction`.
-    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
+    void hessian_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product,
+                         Curvature curvature = Curvature::whole) const;
     /// The symmetric 3x3 blocks on K's diagonal, of the operator that hessian_product applies: in N per length unit of
     /// the body. Sets blocks[e][index of the node] for the entries e = xx, yy, zz, xy, xz, yz; zero between and behind
     /// the nodes. Makes the arrays where they are empty.
-    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6]) const;
+    void hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6], Curvature curvature = Curvature::whole) const;
     /// Adds to `product` what the law makes of `direction` (see kernels::SpringLaw; null for `stiffening`): in N by the
     /// unit of the direction per length unit of the body. `product` must have the size of the displacements and be
     /// zero. The fields must outlive the stages.
@@ -199,7 +212,9 @@ private:
     virtual State<T> linear_state(bool moving) const = 0;
     virtual std::vector<Stage> linear_force_stages(State<T>& state) const = 0;
     virtual PotentialEnergy linear_energy(State<T>& state) const = 0;
-    virtual void linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
+    /// `pass`: elasticity.
+    virtual void linear_product(State<T>& state, const SpringPass<T>& pass, const NodeField<T>& direction,
+                                NodeField<T>& product) const;
     virtual std::vector<Stage> linear_step_stages(State<T>& state, const StepFactors& factors) const = 0;
     /// Sets the kernel, the counts of springs, cells and tiles, and the layout's bytes.
     virtual void describe_layout(PlanDescription& description) const = 0;

@@ -49,7 +49,8 @@ private:
     State<T> linear_state(bool moving) const override;
     std::vector<Stage> linear_force_stages(State<T>& state) const override;
     PotentialEnergy linear_energy(State<T>& state) const override;
-    void linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const override;
+    void linear_product(State<T>& state, const SpringPass<T>& pass, const NodeField<T>& direction,
+                        NodeField<T>& product) const override;
     std::vector<Stage> linear_step_stages(State<T>& state, const StepFactors& factors) const override;
     void describe_layout(PlanDescription& description) const override;
 

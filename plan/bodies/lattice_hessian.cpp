@@ -130,9 +130,10 @@ std::vector<Stage> LatticeBody<T>::hessian_stages(State<T>& state, const SpringP
 }
 
 template <class T>
-void LatticeBody<T>::linear_product(State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const {
+void LatticeBody<T>::linear_product(State<T>& state, const SpringPass<T>& pass, const NodeField<T>& direction,
+                                    NodeField<T>& product) const {
     this->allocate_like(state.displacement, product);
-    this->workers().run(spring_stages(state, {kernels::SpringLaw::elastic}, &direction, product), 1);
+    this->workers().run(spring_stages(state, pass, &direction, product), 1);
 }
 
 template <class T>
@@ -176,7 +177,8 @@ double LatticeBody<T>::crush_energy(State<T>& state) const {
 }
 
 #define HYBMSS_INSTANTIATE(T)                                                                                          \
-    template void LatticeBody<T>::linear_product(State<T>&, const NodeField<T>&, NodeField<T>&) const;                 \
+    template void LatticeBody<T>::linear_product(State<T>&, const SpringPass<T>&, const NodeField<T>&, NodeField<T>&)  \
+        const;                                                                                                         \
     template std::vector<Stage> LatticeBody<T>::spring_stages(State<T>&, const SpringPass<T>&, const NodeField<T>*,    \
                                                               NodeField<T>&) const;                                    \
     template void LatticeBody<T>::spring_diagonal(State<T>&, const SpringPass<T>&, AlignedArray<T>(&)[6]) const;       \

@@ -43,7 +43,6 @@ public:
     void update(const Potential<T>& potential) override;
     void apply(const NodeVector<T>& r, NodeVector<T>& z) override;
     std::string_view name() const override { return "banded"; }
-    bool is_plain() const override { return true; }
 
 private:
     struct Cell {

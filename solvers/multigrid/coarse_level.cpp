@@ -10,7 +10,9 @@
 namespace hybmss {
 namespace {
 
-/// The neighbour b of a in a cell, as one of 27: 0 is (-1, -1, -1), 13 the node itself.
+/// The node itself, as one of its 27 neighbours: 0 is (-1, -1, -1).
+constexpr std::size_t kSelf = 13;
+/// The neighbour b of a in a cell, as one of 27.
 std::size_t neighbour(std::size_t a, std::size_t b) {
     const auto step = [&](std::size_t axis) { return 1 + (b >> axis & 1) - (a >> axis & 1); };
     return step(0) + 3 * (step(1) + 3 * step(2));
@@ -24,7 +26,7 @@ float sign(std::size_t corner, std::size_t axis) {
 
 CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Workers& workers)
     : right_side(grid), solution(grid), rest(grid), grid_(grid), workers_(&workers),
-      stencil_(243 * grid.size() + kLanes),
+      stencil_(9 * 14 * grid.size() + kLanes),
       gradients_(grid), vectors_{GridVector(grid), GridVector(grid), GridVector(grid)} {
     for (auto& entries : inverse_) {
         entries.assign(grid.size(), 0.0f);
@@ -37,7 +39,7 @@ CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Workers& 
 void CoarseLevel::add(std::size_t low, const CellMatrices& matrices, std::size_t count) {
     const std::size_t size = grid_.size();
     const auto add_block = [&](std::size_t a, std::size_t b, std::size_t e, const Lanes& entry) {
-        float* to = stencil_.data() + (9 * neighbour(a, b) + e) * size + low + grid_.corner_offset(a);
+        float* to = stencil_.data() + (9 * (neighbour(a, b) - kSelf) + e) * size + low + grid_.corner_offset(a);
         if (count == kLanes) {
             store_lanes_at(load_lanes_at(to) + entry, to);
         } else {
@@ -46,10 +48,12 @@ void CoarseLevel::add(std::size_t low, const CellMatrices& matrices, std::size_t
             }
         }
     };
+    // Of two corners the second has the larger number: it is the neighbour that comes after, but for a few.
     for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
         for (std::size_t e = 0; e < 9; ++e) {
-            add_block(a, b, e, matrices.block[pair][e]);
-            if (a != b) {
+            if (neighbour(a, b) >= kSelf) {
+                add_block(a, b, e, matrices.block[pair][e]);
+            } else {
                 add_block(b, a, 3 * (e % 3) + e / 3, matrices.block[pair][e]);
             }
         }
@@ -62,7 +66,7 @@ void CoarseLevel::invert() {
         const int z = static_cast<int>(k);
         for_each_place({0, 0, z}, {grid_.cells[0], grid_.cells[1], z}, [&](int i, int j, int) {
             const std::size_t node = grid_.index(i, j, z);
-            const auto entry = [&](std::size_t e) { return static_cast<double>(stencil_[(9 * 13 + e) * size + node]); };
+            const auto entry = [&](std::size_t e) { return static_cast<double>(stencil_[e * size + node]); };
             const auto inverse =
                 bounded_inverse({entry(0), entry(1), entry(2), entry(4), entry(5), entry(8)}, 0, 1e-5, 0);
             for (std::size_t e = 0; e < 6; ++e) {
@@ -101,11 +105,15 @@ void CoarseLevel::invert_rotations() {
                 const std::size_t node = cell + grid_.corner_offset(a);
                 Lanes force[9] = {};
                 for (std::size_t b = 0; b < 8; ++b) {
-                    const float* from = stencil_.data() + 9 * neighbour(a, b) * size + node;
+                    const std::size_t way = neighbour(a, b);
+                    const float* from =
+                        stencil_.data() + (way >= kSelf ? 9 * (way - kSelf) * size + node
+                                                        : 9 * (kSelf - way) * size + cell + grid_.corner_offset(b));
                     for (std::size_t e = 0; e < 9; ++e) {
                         const Lanes entry = load_lanes_at(from + e * size);
+                        const std::size_t to = way >= kSelf ? e / 3 : e % 3, of = way >= kSelf ? e % 3 : e / 3;
                         for (std::size_t turn = 0; turn < 3; ++turn) {
-                            force[3 * (e / 3) + turn] += entry * turns[b][3 * (e % 3) + turn];
+                            force[3 * to + turn] += entry * turns[b][3 * of + turn];
                         }
                     }
                 }
@@ -146,8 +154,11 @@ void CoarseLevel::multiply(const GridVector& p, GridVector& out) {
                 first + (s % 3) + grid_.row() * (s / 3 % 3) + grid_.plane() * (s / 9) - 1 - grid_.row() - grid_.plane();
             const float *x = p.c[0].data() + at, *y = p.c[1].data() + at, *w = p.c[2].data() + at;
             for (std::size_t c = 0; c < 3; ++c) {
-                const float* k0 = stencil_.data() + (9 * s + 3 * c) * size + first;
-                const float *k1 = k0 + size, *k2 = k1 + size;
+                // What a neighbour that comes before does to this node is what this one does to it, transposed.
+                const bool after = s >= kSelf;
+                const float* k0 = stencil_.data() + (after ? 9 * (s - kSelf) + 3 * c : 9 * (kSelf - s) + c) * size +
+                                  (after ? first : at);
+                const float *k1 = k0 + (after ? 1 : 3) * size, *k2 = k1 + (after ? 1 : 3) * size;
                 float* sum = to[c];
                 for (std::size_t n = 0; n < length; ++n) {
                     sum[n] += k0[n] * x[n] + k1[n] * y[n] + k2[n] * w[n];
@@ -219,7 +230,7 @@ void CoarseLevel::estimate_spectrum() {
         return std::sqrt(sum);
     };
     double before = norm(x);
-    for (int iteration = 0; iteration < 10 && before > 0; ++iteration) {
+    for (int iteration = 0; iteration < 6 && before > 0; ++iteration) {
         multiply(x, y);
         precondition(y, x);
         const double after = norm(x);
@@ -228,7 +239,7 @@ void CoarseLevel::estimate_spectrum() {
         for_each([scale](float& value) { value *= scale; }, x);
         before = after > 0 ? 1 : 0;
     }
-    highest_ = size > 0 ? 1.2 * size : 1;
+    highest_ = size > 0 ? 1.3 * size : 1;
 }
 
 void CoarseLevel::smooth(bool from_zero, const GridVector& b, GridVector& x, int degree, double low_part) {

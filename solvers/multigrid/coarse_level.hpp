@@ -10,7 +10,7 @@
 
 namespace hybmss {
 
-/// One level of coarse cells: its matrix as 27 blocks a node, and its smoother.
+/// One level of coarse cells: its matrix as 14 blocks a node, and its smoother.
 class CoarseLevel {
 public:
     /// `rotations`: smooth over the cells' rotations too.
@@ -80,7 +80,8 @@ private:
 
     PaddedGrid grid_;
     const Workers* workers_;
-    std::vector<float> stencil_; ///< entry (27 neighbours, 9 entries, nodes)
+    /// Entry (itself and 13 neighbours that come after, 9 entries, nodes); those before see the node as it sees them.
+    std::vector<float> stencil_;
     std::array<std::vector<float>, 6> inverse_;
     CellGradients gradients_;
     std::optional<CellRotations> rotations_;

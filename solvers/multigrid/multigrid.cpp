@@ -8,8 +8,9 @@
 namespace hybmss {
 namespace {
 
-/// Above this ratio of the volume's modulus to the shear modulus (nu = 0.4) the rotations are smoothed too.
-constexpr double kStiffVolume = 3;
+/// Ratios of the volume's modulus to the shear modulus above which the smoother does more (nu = 0.4), and smooths the
+/// cells' rotations too (nu = 0.495), which doubles what a term costs.
+constexpr double kStiffVolume = 3, kStiffRotations = 100;
 /// Levels of at most so many nodes are solved directly.
 constexpr std::size_t kDirectNodes = 40;
 
@@ -18,9 +19,9 @@ double volume_to_shear(const Material& material) {
                                                                   : volume_modulus(material) / shear_modulus(material);
 }
 
-/// Three terms; more where the volume is stiff, as each digit of stiffness slows the smoother down.
+/// Three terms; two more with each digit of the volume's stiffness, which slows the smoother down.
 int smoother_degree(double ratio) {
-    return ratio <= kStiffVolume ? 3 : 3 + static_cast<int>(std::ceil(2 * std::log10(ratio)));
+    return std::max(3, 2 + static_cast<int>(std::ceil(2 * std::log10(std::max(ratio, kStiffVolume) / kStiffVolume))));
 }
 
 } // namespace
@@ -31,7 +32,9 @@ struct Multigrid::FineLevel {
         : multigrid(&owner), space(&vectors), residual(vectors.make()),
           guess(vectors.make()), chebyshev{vectors.make(), vectors.make(), vectors.make()} {}
 
-    void multiply(const NodeVector<float>& p, NodeVector<float>& out) { potential->multiply(p, out); }
+    void multiply(const NodeVector<float>& p, NodeVector<float>& out) {
+        potential->multiply(p, out, Curvature::convex);
+    }
     void precondition(const NodeVector<float>& r, NodeVector<float>& z) {
         multigrid->blocks_.apply(r, z);
         if (multigrid->rotations_) {
@@ -65,9 +68,9 @@ struct Multigrid::FineLevel {
 
     /// The largest eigenvalue of B K by power iteration; starts from where the last call ended.
     void estimate_spectrum() {
-        int iterations = 5;
+        int iterations = 3;
         if (highest == 0) {
-            iterations = 15;
+            iterations = 10;
             unsigned state = 1;
             for (std::size_t c = 0; c < 3; ++c) {
                 for (float& x : multigrid->grid_out_.c[c]) {
@@ -104,7 +107,8 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
       unit_(body.length_unit() / lattice.cell_size()),
       scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), node_at_(grid_.size(), kNoNode),
       touching_(body.node_count(), 0.0f), gradients_(grid_), grid_in_(grid_), grid_out_(grid_),
-      degree_(smoother_degree(volume_to_shear(material))), low_part_(1.0 / (degree_ * degree_)) {
+      degree_(smoother_degree(volume_to_shear(material))),
+      low_part_((volume_to_shear(material) > kStiffVolume ? 0.5 : 1.0) / (degree_ * degree_)) {
     for (float& scale : scales_) {
         scale *= static_cast<float>(unit_);
     }
@@ -127,7 +131,7 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
             }
         }
     });
-    const bool stiff = volume_to_shear(material) > kStiffVolume;
+    const bool stiff = volume_to_shear(material) > kStiffRotations;
     if (stiff) {
         rotations_.emplace(gradients_);
         find_rest_rotations();

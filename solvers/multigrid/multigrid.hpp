@@ -92,7 +92,7 @@ private:
     std::optional<CellRotations> rotations_;
     std::vector<std::unique_ptr<CoarseLevel>> levels_;
     std::unique_ptr<DirectLevel> direct_;
-    BlockJacobi<float> blocks_;
+    BlockJacobi<float> blocks_{Curvature::convex};
     std::unique_ptr<FineLevel> fine_;
     GridVector grid_in_, grid_out_;
     int degree_;

@@ -85,10 +85,15 @@ SolidCells SolidCells::of(const Network& network) {
 
 template <class T>
 CellVolumes<T>::CellVolumes(const Body<T>& body, const SolidCells& solid) {
+    std::vector<std::uint32_t> places(solid.cells.empty() ? 0 : body.node_count());
+    for (std::size_t n = 0; n < places.size(); ++n) {
+        places[n] = static_cast<std::uint32_t>(body.index_of(n));
+    }
+    cells_.reserve(solid.cells.size());
     for (const SolidCells::Cell& given : solid.cells) {
         Cell& cell = cells_.emplace_back();
         std::transform(given.nodes.begin(), given.nodes.end(), cell.places.begin(),
-                       [&](std::uint32_t node) { return static_cast<std::uint32_t>(body.index_of(node)); });
+                       [&](std::uint32_t node) { return places[node]; });
         const Eigen::Matrix3d edges = Eigen::Map<const Eigen::Matrix3d>(given.rest_edges.data());
         const Eigen::Matrix3d inverse = body.length_unit() * edges.inverse();
         Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(cell.inverse_edges.data()) = inverse;

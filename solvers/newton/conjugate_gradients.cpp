@@ -33,7 +33,7 @@ CgResult ConjugateGradients<T>::solve(const Potential<T>& potential, Preconditio
         return result;
     }
     for (;;) {
-        potential.multiply(direction_, product_);
+        potential.multiply(direction_, product_, limits.curvature);
         ++result.iterations;
         if (limits.progress && !limits.progress(result.iterations)) {
             result.end = CgEnd::stopped;

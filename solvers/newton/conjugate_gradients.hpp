@@ -20,6 +20,7 @@ struct CgLimits {
     double relative_residual = 1e-8; ///< of the preconditioned residual's norm sqrt(r . B r)
     double radius = 0;               ///< bound of the step's norm sqrt(p . B^-1 p); 0 or infinite: none
     int iterations = 1000;
+    Curvature curvature = Curvature::whole; ///< of K
     /// How far a component may go along a negative or vanishing curvature where the radius sets no bound.
     double length = 0;
     /// Called at every iteration with their number; false stops. May be empty.

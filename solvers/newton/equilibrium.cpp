@@ -137,9 +137,6 @@ struct EquilibriumSolver<T>::Implementation {
         }
         return *banded;
     }
-    Preconditioner<T>* plain_beside(const Preconditioner<T>& chosen) {
-        return chosen.is_plain() ? nullptr : &block_jacobi;
-    }
     EquilibriumResult follow(const std::function<Loading(double)>& path, VectorField<T> displacement,
                              const EquilibriumOptions& options) {
         if (body->node_count() == 0) { // a body cut away to nothing is in equilibrium; a residual would be 0/0
@@ -163,8 +160,7 @@ struct EquilibriumSolver<T>::Implementation {
                                   bool near_end = false) {
         Preconditioner<T>& preconditioner = choose_static(options.preconditioner);
         return stepping.follow(
-            potential, preconditioner, plain_beside(preconditioner), state,
-            [&](double fraction) { set(path(fraction)); }, options, near_end);
+            potential, preconditioner, state, [&](double fraction) { set(path(fraction)); }, options, near_end);
     }
     /// From the equilibrium of the coarser mesh, in one step; nothing where there is none, or it leads nowhere.
     std::optional<EquilibriumResult> from_coarser(const std::function<Loading(double)>& path,
@@ -355,8 +351,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
             return options.progress({1, 1, iteration, result.cg_iterations + cg, residual, energy});
         };
     }
-    const MinimiserResult found =
-        i.minimiser.minimise(i.potential, preconditioner, i.plain_beside(preconditioner), i.state, limits);
+    const MinimiserResult found = i.minimiser.minimise(i.potential, preconditioner, i.state, limits);
     result.status = found.status;
     result.residual = found.residual;
     result.potential = found.potential;

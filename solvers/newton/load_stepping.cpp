@@ -71,13 +71,12 @@ LoadStepping<T>::LoadStepping(const VectorSpace<T>& space)
 }
 
 template <class T>
-MinimiserResult LoadStepping<T>::settle(Potential<T>& potential, Preconditioner<T>& preconditioner,
-                                        Preconditioner<T>* plain, State<T>& state, const MinimiserOptions& limits,
-                                        Saddles saddles, EquilibriumResult& work) {
+MinimiserResult LoadStepping<T>::settle(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                                        const MinimiserOptions& limits, Saddles saddles, EquilibriumResult& work) {
     // Few saddles lie one below the other.
     constexpr int kSaddles = 5;
     for (int saddle = 0;; ++saddle) {
-        const MinimiserResult found = minimiser_.minimise(potential, preconditioner, plain, state, limits);
+        const MinimiserResult found = minimiser_.minimise(potential, preconditioner, state, limits);
         work.newton_iterations += found.iterations;
         work.cg_iterations += found.cg_iterations;
         work.negative_curvatures += found.negative_curvatures;
@@ -91,8 +90,7 @@ MinimiserResult LoadStepping<T>::settle(Potential<T>& potential, Preconditioner<
 }
 
 template <class T>
-EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditioner<T>& preconditioner,
-                                          Preconditioner<T>* plain, State<T>& state,
+EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
                                           const std::function<void(double fraction)>& prescribe,
                                           const EquilibriumOptions& options, bool near_end) {
     EquilibriumResult result;
@@ -138,7 +136,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
         const bool shortest = kCut * step < options.smallest_load_step;
         // Turned sections do not go on along a straight line.
         const Turning<T>* const turning = potential.turning();
-        const bool direct = turning != nullptr && turning->slender() && plain == nullptr;
+        const bool direct = turning != nullptr && turning->slender();
         if (last_step > 0 && turning == nullptr) {
             const T factor = static_cast<T>((target - last.fraction) / last_step);
             space_->for_each([factor](const T& now, const T& before, T& q) { q = now + factor * (now - before); },
@@ -170,7 +168,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
                                 : options.leave_saddles ? Saddles::left
                                 : direct                ? Saddles::suspected
                                                         : Saddles::stay;
-        const MinimiserResult found = settle(potential, preconditioner, plain, state, limits, saddles, result);
+        const MinimiserResult found = settle(potential, preconditioner, state, limits, saddles, result);
         ++result.load_steps;
         const double worst = potential.volume_ratios(state).min;
         const bool inverted = worst <= 0 && worst_before > 0;

@@ -16,18 +16,18 @@ public:
     explicit LoadStepping(const VectorSpace<T>& space);
 
     /// prescribe(fraction) sets the supports and loads of the potential.
-    /// `plain`: see TrustRegion::minimise(). `near_end`: the state is near the equilibrium at the end already.
-    EquilibriumResult follow(Potential<T>& potential, Preconditioner<T>& preconditioner, Preconditioner<T>* plain,
-                             State<T>& state, const std::function<void(double fraction)>& prescribe,
-                             const EquilibriumOptions& options, bool near_end = false);
+    /// `near_end`: the state is near the equilibrium at the end already.
+    EquilibriumResult follow(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                             const std::function<void(double fraction)>& prescribe, const EquilibriumOptions& options,
+                             bool near_end = false);
 
 private:
     /// What to do about saddles. Solves with a slender lattice's factors end so soon that no direction but theirs is
     /// looked at: where one curved downwards on the way, there may be another at the end.
     enum class Saddles { stay, suspected, left };
     /// Goes to a minimum from the state, and from saddles on to others. Adds to the work done.
-    MinimiserResult settle(Potential<T>& potential, Preconditioner<T>& preconditioner, Preconditioner<T>* plain,
-                           State<T>& state, const MinimiserOptions& limits, Saddles saddles, EquilibriumResult& work);
+    MinimiserResult settle(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                           const MinimiserOptions& limits, Saddles saddles, EquilibriumResult& work);
 
     const VectorSpace<T>* space_;
     TrustRegion<T> minimiser_;

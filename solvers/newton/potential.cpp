@@ -252,8 +252,8 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
 }
 
 template <class T>
-void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out) const {
-    body_->hessian_product(*linearised_, p.field, out.field);
+void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature) const {
+    body_->hessian_product(*linearised_, p.field, out.field, curvature);
     if (damping_) {
         apply_damping(p.field);
         space_.add_multiple(damping_->strength, damping_->product, out);
@@ -267,8 +267,8 @@ void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out) const {
 }
 
 template <class T>
-void Potential<T>::diagonal(AlignedArray<T> (&blocks)[6]) const {
-    body_->hessian_diagonal(*linearised_, blocks);
+void Potential<T>::diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature) const {
+    body_->hessian_diagonal(*linearised_, blocks, curvature);
     if (damping_) {
         AlignedArray<T> more[6];
         body_->spring_diagonal(damping_->from, {kernels::SpringLaw::damping}, more);

@@ -92,10 +92,10 @@ public:
     /// The displacements of the last linearisation.
     const NodeField<T>& displacement() const { return linearised_->displacement; }
     /// out = second derivatives times p at the last linearisation; zero on held components, where p need not be.
-    void multiply(const NodeVector<T>& p, NodeVector<T>& out) const;
+    void multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature = Curvature::whole) const;
     /// The diagonal 3x3 blocks of the body's second derivatives there, without the pull, with the damping: xx, yy, zz,
     /// xy, xz, yz by places in the layout.
-    void diagonal(AlignedArray<T> (&blocks)[6]) const;
+    void diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature = Curvature::whole) const;
 
     VolumeRatios volume_ratios(const State<T>& state) const { return volumes_.ratios(state); }
 

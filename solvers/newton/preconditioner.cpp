@@ -80,7 +80,7 @@ void BlockJacobi<T>::update(const Potential<T>& potential) {
             places_[n] = static_cast<std::uint32_t>(body.index_of(n));
         }
     }
-    potential.diagonal(inverse_);
+    potential.diagonal(inverse_, curvature_);
     const std::span<const double> pull = potential.pull_stiffness();
     constexpr std::size_t kPiece = 2048;
     body.workers().run((places_.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {

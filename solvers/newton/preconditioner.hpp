@@ -24,8 +24,6 @@ public:
     /// z = B r; both zero on held components and in the padding.
     virtual void apply(const NodeVector<T>& r, NodeVector<T>& z) = 0;
     virtual std::string_view name() const = 0;
-    /// Whether it serves where second derivatives curve downwards: no polynomial of them.
-    virtual bool is_plain() const { return false; }
 };
 
 /// The inverse of a symmetric 3x3 block (xx, xy, xz, yy, yz, zz) on the axes that are not held (bit 0: x, 1: y, 2: z),
@@ -40,6 +38,8 @@ std::array<double, 6> bounded_pseudoinverse(const std::array<double, 6>& block, 
 template <class T>
 class BlockJacobi final : public Preconditioner<T> {
 public:
+    explicit BlockJacobi(Curvature curvature = Curvature::whole) : curvature_(curvature) {}
+
     void update(const Potential<T>& potential) override;
     void apply(const NodeVector<T>& r, NodeVector<T>& z) override;
     /// r = from - product, or from where that is null; d = keep d + add B r; x += d, or x = d where `product` is null.
@@ -47,13 +47,13 @@ public:
     void correct(const NodeVector<T>& from, const NodeVector<T>* product, double keep, double add, NodeVector<T>& r,
                  NodeVector<T>& d, NodeVector<T>& x);
     std::string_view name() const override { return "block-jacobi"; }
-    bool is_plain() const override { return true; }
 
 private:
     /// visit(place in the layout, index in a component, how many neighbours: an integral constant)
     template <class Visit>
     void for_each_place(std::ptrdiff_t stride, const Visit& visit) const;
 
+    Curvature curvature_;
     const Potential<T>* potential_ = nullptr;
     AlignedArray<T> inverse_[6];        ///< xx, yy, zz, xy, xz, yz by places in the layout; zero where there is no node
     std::vector<std::uint32_t> places_; ///< of the body's nodes

@@ -15,6 +15,10 @@ constexpr double kStartPart = 1e-3;
 constexpr double kFirstStep = 0.1;
 /// How far a step turns a section at most, and from where on its rotations are carried out as such; rad.
 constexpr double kMostTurn = 0.7, kLeastTurn = 1e-4;
+/// Residuals above which a step is by the convex part of the second derivatives alone: what else they have is of
+/// tensions and pressures that the step is to take away. In volumes that are all but kept these are a hundred times too
+/// large where a coarser mesh's equilibrium has been interpolated, and the energy curves downwards everywhere.
+constexpr double kFar = 0.3;
 constexpr double kAccept = 1e-4, kPoor = 0.25, kGood = 0.75;
 
 template <class T>
@@ -119,8 +123,8 @@ bool TrustRegion<T>::leave_saddle(Potential<T>& potential, Preconditioner<T>& pr
 }
 
 template <class T>
-MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner<T>& preconditioner,
-                                         Preconditioner<T>* plain, State<T>& state, const MinimiserOptions& options) {
+MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                                         const MinimiserOptions& options) {
     constexpr double kEpsilon = std::numeric_limits<T>::epsilon();
     const double unit = potential.body().length_unit();
     MinimiserResult result;
@@ -135,14 +139,8 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const double scale = std::max({b.support, b.load, start_part, potential.force_floor()});
         return b.unbalanced / scale;
     };
-    // The radius is in a preconditioner's own norm.
-    struct Region {
-        Preconditioner<T>* preconditioner;
-        double radius = kInfinite, fresh_rate = 0;
-        bool renew = true;
-    };
-    Region regions[2] = {{&preconditioner}, {plain}};
-    Region* region = &regions[0];
+    double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
+    bool renew = true;
     std::function<bool(int)> cg_progress;
     if (options.progress) {
         cg_progress = [&](int more) {
@@ -172,19 +170,19 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         }
 
         potential.linearise(state);
-        auto& [active, radius, fresh_rate, renew] = *region;
         const bool fresh = renew;
         if (renew) {
-            active->update(potential);
+            preconditioner.update(potential);
         }
         // Not further than the tolerance asks.
         const double enough = 0.3 * options.tolerance / result.residual;
         const CgLimits limits{.relative_residual = std::max(forcing, std::min(enough, 0.1)),
                               .radius = radius,
                               .iterations = 5000,
+                              .curvature = result.residual > kFar ? Curvature::convex : Curvature::whole,
                               .length = kFirstStep * potential.length(),
                               .progress = cg_progress};
-        CgResult cg = cg_.solve(potential, *active, gradient_, limits, step_);
+        CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
         result.cg_iterations += cg.iterations;
         if (cg.end == CgEnd::stopped) {
             result.status = EquilibriumStatus::stopped;
@@ -201,13 +199,6 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
             fresh_rate = rate;
         }
         renew = cg.negative_curvature || rate > 1.5 * fresh_rate;
-        if (plain && region == &regions[0] && (cg.negative_curvature || cg.end == CgEnd::stagnated)) {
-            region = &regions[1];
-            region->renew = true;
-            region->radius = kInfinite;
-            continue;
-        }
-
         double turn = 0;
         if (Turning<T>* const turning = potential.turning()) {
             turn = turning->fit(state, step_);
@@ -261,11 +252,6 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
                 return result;
             }
             continue;
-        }
-        if (region == &regions[1] && cg.end == CgEnd::converged) {
-            region = &regions[0];
-            region->renew = true;
-            region->radius = kInfinite;
         }
         // Eisenstat and Walker's second choice (SIAM J. Sci. Comput. 17, 1996), from largest forces.
         const double fall = trial_balance.unbalanced / balance.unbalanced;

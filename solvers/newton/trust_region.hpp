@@ -48,12 +48,8 @@ public:
 
     /// Moves the free components of `state` to a minimum; the held ones must be where they are prescribed. Leaves the
     /// best state found.
-    ///
-    /// `plain` may be null, or a preconditioner that does not apply the second derivatives: where they curve downwards
-    /// it takes the other's place. A polynomial of an indefinite matrix all but points along its negative directions,
-    /// and the trust region then shrinks to where nothing else can move.
-    MinimiserResult minimise(Potential<T>& potential, Preconditioner<T>& preconditioner, Preconditioner<T>* plain,
-                             State<T>& state, const MinimiserOptions& options);
+    MinimiserResult minimise(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                             const MinimiserOptions& options);
 
 private:
     const VectorSpace<T>* space_;

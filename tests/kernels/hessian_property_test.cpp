@@ -201,6 +201,77 @@ TYPED_TEST(HessianProperties, ThreadsDoNotChangeABit) {
     }
 }
 
+// Squeezed and sheared at random, cells turned over: there the whole curves downwards, what multigrid is made of never.
+TYPED_TEST(HessianProperties, ItsConvexPartNeverCurvesDownwards) {
+    using T = TypeParam;
+    testing::Random random(27);
+    const Lattice lattice = testing::random_lattice(6, 7, 5, kCellSize, random);
+    const std::size_t nodes = lattice.nodes().size();
+    Material crushed = kMaterials[0];
+    crushed.crush = {.stiffness = 20, .ratio = 0.9};
+    int downwards = 0;
+    for (const Material& material : {kMaterials[0], kMaterials[2], kMaterials[3], crushed}) {
+        for (const std::string& layout : distinct_lattice_layouts()) {
+            if (material.crush.any() && !layout.ends_with("-rows")) {
+                continue; // networks have none
+            }
+            PlanOptions options;
+            options.layout = layout;
+            const auto body = make_body<T>(lattice, material, options);
+            State<T> state = body->make_state(false);
+            NodeField<T> direction, product;
+            Body<T>::allocate_like(state.displacement, direction);
+            std::vector<Vector3d> p(nodes), q(nodes);
+            const auto set = [&](NodeField<T>& field, const std::vector<Vector3d>& values) {
+                const std::vector<T> flat = testing::interleaved<T>(values);
+                body->write(VectorField<const T>::aos(flat.data(), nodes), 1, field);
+            };
+            const auto multiplied = [&](Curvature curvature) {
+                set(direction, p);
+                body->hessian_product(state, direction, product, curvature);
+                std::vector<T> flat(3 * nodes);
+                body->read(product, 1, VectorField<T>::aos(flat.data(), nodes));
+                for (std::size_t n = 0; n < nodes; ++n) {
+                    for (int c = 0; c < 3; ++c) {
+                        q[n][c] = static_cast<double>(flat[3 * n + static_cast<std::size_t>(c)]);
+                    }
+                }
+                return DotProduct(p, q);
+            };
+            for (int draw = 0; draw < 20; ++draw) {
+                const double bound = 0.5 * kCellSize / body->length_unit();
+                set(state.displacement, testing::random_displacement(nodes, bound, random));
+                p = testing::random_displacement(nodes, 1, random);
+                // A few times in the direction that the whole curves downwards most along.
+                for (int power = 0; power < 5; ++power) {
+                    const double whole = multiplied(Curvature::whole).value;
+                    downwards += whole < 0;
+                    const DotProduct convex = multiplied(Curvature::convex);
+                    ASSERT_GE(convex.value, -8 * kEpsilon<T> * convex.magnitude) << layout;
+                    multiplied(Curvature::whole);
+                    double largest = 0;
+                    for (const Vector3d& force : q) {
+                        largest = std::max(largest, force.norm());
+                    }
+                    for (std::size_t n = 0; n < nodes; ++n) {
+                        p[n] = (p[n] - 0.7 * q[n] / largest).eval();
+                    }
+                }
+            }
+            AlignedArray<T> blocks[6];
+            body->hessian_diagonal(state, blocks, Curvature::convex);
+            const std::size_t node = nodes / 2;
+            p.assign(nodes, Vector3d::Zero());
+            p[node][0] = 1;
+            multiplied(Curvature::convex);
+            EXPECT_NEAR(q[node][0], static_cast<double>(blocks[0][body->index_of(node)]),
+                        100 * kEpsilon<T> * q[node].norm())
+                << layout;
+        }
+    }
+    EXPECT_GT(downwards, 0) << "the states are not hard enough";
+}
+
 // Solvers sum over whole arrays: what is no node must be zero, and the sum of all entries that of the nodes.
 TYPED_TEST(HessianProperties, PlacesWithoutANodeStayZero) {
     using T = TypeParam;
