@@ -1,6 +1,7 @@
 #pragma once
 
 #include "plan/threads/workers.hpp"
+#include "solvers/multigrid/lanes.hpp"
 
 #include <array>
 #include <cstddef>
@@ -30,10 +31,14 @@ struct PaddedGrid {
     }
 };
 
-/// Three values a node of a padded grid; zero where there is no node.
+/// Three values a node of a padded grid; zero where there is no node. What is read a few at a time may go beyond the
+/// last node.
 struct GridVector {
-    explicit GridVector(const PaddedGrid& grid)
-        : c{std::vector<float>(grid.size()), std::vector<float>(grid.size()), std::vector<float>(grid.size())} {}
+    explicit GridVector(const PaddedGrid& grid) {
+        for (auto& array : c) {
+            array.resize(grid.size() + kLanes);
+        }
+    }
     std::array<std::vector<float>, 3> c;
 
     void clear() {

@@ -13,6 +13,10 @@ Potential<T>::Potential(const Body<T>& body, const BodyScales& scales, const Sol
       force_floor_(1e-9 * scales.spring_force), length_(scales.spring_length / body.length_unit()),
       extent_(scales.extent / body.length_unit()), free_(space_.make()), load_(space_.make()),
       pull_target_(space_.make()), pull_weight_(space_.make()) {
+    places_.resize(body.node_count());
+    for (std::size_t n = 0; n < places_.size(); ++n) {
+        places_[n] = static_cast<std::uint32_t>(body.index_of(n));
+    }
     prescribe({});
 }
 
@@ -21,7 +25,7 @@ std::size_t Potential<T>::flat_index(std::size_t node, std::size_t axis, std::si
     const Component<const T> all = component(free_.field, axis);
     array = all.stride == 1 ? axis : 0;
     return static_cast<std::size_t>(all.first - free_.field[array].data()) +
-           body_->index_of(node) * static_cast<std::size_t>(all.stride);
+           places_[node] * static_cast<std::size_t>(all.stride);
 }
 
 template <class T>

@@ -130,6 +130,7 @@ private:
     bool turning_holds_ = false; ///< the present supports
     double force_floor_ = 0, length_ = 1, extent_ = 1;
     NodeVector<T> free_, load_, pull_target_, pull_weight_;
+    std::vector<std::uint32_t> places_; ///< of the nodes in the layout
     std::vector<std::uint8_t> held_;
     std::vector<Held> prescribed_;
     State<T>* linearised_ = nullptr;

@@ -216,7 +216,7 @@ Expected expected(const Lattice& lattice, const Material& material, double reach
     const double stiff = volume ? std::max(volume_modulus(material) / shear_modulus(material), 0.0) : 0.0;
     const double length = static_cast<double>(longest) * longest / shortest;
     return {9.2 * std::min(length * std::pow(1 + stiff, 0.44), reach),
-            (300 + 130 * std::pow(1 + stiff, 0.48)) * box / filled};
+            (200 + 83 * std::pow(1 + stiff, 0.62)) * box / filled};
 }
 
 } // namespace

@@ -66,9 +66,8 @@ extern template class BlockJacobi<double>;
 ///
 /// A rule in Hessian products, from `hybmss-study bench solvers`: with n cells along the longest edge, more for a
 /// slender body, and r = 1 + kappa/G, block Jacobi takes about 9.2 n r^0.44 of them for a static solve, multigrid about
-/// 300 for its matrices and 130 r^0.48 for its cycles, by as much more as the bounding box has more cells than the
-/// body. `reach` bounds n: an implicit step of dt lets no node feel farther than about dt over the critical step, in
-/// cells.
+/// 200 + 83 r^0.62, by as much more as the bounding box has more cells than the body. `reach` bounds n: an implicit
+/// step of dt lets no node feel farther than about dt over the critical step, in cells.
 bool multigrid_pays(const Lattice& lattice, const Material& material,
                     double reach = std::numeric_limits<double>::infinity());
 /// Those that a static solve takes by this rule, with the preconditioner that takes fewer.

@@ -140,7 +140,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         return b.unbalanced / scale;
     };
     double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
-    bool renew = true;
+    bool renew = true, convex = true;
     std::function<bool(int)> cg_progress;
     if (options.progress) {
         cg_progress = [&](int more) {
@@ -176,14 +176,20 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         }
         // Not further than the tolerance asks.
         const double enough = 0.3 * options.tolerance / result.residual;
-        const CgLimits limits{.relative_residual = std::max(forcing, std::min(enough, 0.1)),
-                              .radius = radius,
-                              .iterations = 5000,
-                              .curvature = result.residual > kFar ? Curvature::convex : Curvature::whole,
-                              .length = kFirstStep * potential.length(),
-                              .progress = cg_progress};
+        CgLimits limits{.relative_residual = std::max(forcing, std::min(enough, 0.1)),
+                        .radius = radius,
+                        .iterations = 5000,
+                        .curvature = convex && result.residual > kFar ? Curvature::convex : Curvature::whole,
+                        .length = kFirstStep * potential.length(),
+                        .progress = cg_progress};
         CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
         result.cg_iterations += cg.iterations;
+        if (limits.curvature == Curvature::convex && cg.negative_curvature) {
+            convex = false; // below nu = 1/4 the volume's energy is not
+            limits.curvature = Curvature::whole;
+            cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+            result.cg_iterations += cg.iterations;
+        }
         if (cg.end == CgEnd::stopped) {
             result.status = EquilibriumStatus::stopped;
             return result;
