@@ -140,7 +140,9 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         return b.unbalanced / scale;
     };
     double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
-    bool renew = true, convex = true;
+    bool renew = true;
+    // Bodies whose sections turn are far for another reason, and longer steps twist them beyond what cells can hold.
+    bool convex = potential.turning() == nullptr;
     std::function<bool(int)> cg_progress;
     if (options.progress) {
         cg_progress = [&](int more) {
