@@ -22,6 +22,9 @@ CgResult ConjugateGradients<T>::solve(const Potential<T>& potential, Preconditio
     CgResult result;
     double rho = space_->dot(residual_, preconditioned_);
     const double goal = limits.relative_residual * limits.relative_residual * rho;
+    const double force_goal = limits.relative_force > 0
+                                  ? limits.relative_force * limits.relative_force * space_->dot(residual_, residual_)
+                                  : 0;
     // p . M p, p . M d and d . M d with M = B^-1, by their recurrences.
     double pp = 0, pd = 0, dd = rho;
     const auto advance = [&](double by) {
@@ -60,6 +63,10 @@ CgResult ConjugateGradients<T>::solve(const Potential<T>& potential, Preconditio
         advance(alpha);
         result.predicted_reduction += 0.5 * alpha * rho;
         space_->add_multiple(-alpha, product_, residual_);
+        if (limits.relative_force > 0 && space_->dot(residual_, residual_) <= force_goal) {
+            result.end = CgEnd::converged;
+            break;
+        }
         preconditioner.apply(residual_, preconditioned_);
         const double next_rho = space_->dot(residual_, preconditioned_);
         if (!(next_rho > goal)) {

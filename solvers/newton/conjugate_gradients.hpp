@@ -18,6 +18,7 @@ enum class CgEnd {
 
 struct CgLimits {
     double relative_residual = 1e-8; ///< of the preconditioned residual's norm sqrt(r . B r)
+    double relative_force = 0;       ///< the same of sqrt(r . r), whichever is met first: asks for no cycle; 0: none
     double radius = 0;               ///< bound of the step's norm sqrt(p . B^-1 p); 0 or infinite: none
     int iterations = 1000;
     Curvature curvature = Curvature::whole; ///< of K

@@ -178,7 +178,9 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         }
         // Not further than the tolerance asks.
         const double enough = 0.3 * options.tolerance / result.residual;
-        CgLimits limits{.relative_residual = std::max(forcing, std::min(enough, 0.1)),
+        const double relative = std::max(forcing, std::min(enough, 0.1));
+        CgLimits limits{.relative_residual = relative,
+                        .relative_force = relative,
                         .radius = radius,
                         .iterations = 5000,
                         .curvature = convex && result.residual > kFar ? Curvature::convex : Curvature::whole,

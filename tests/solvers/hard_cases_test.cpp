@@ -218,12 +218,15 @@ TEST(HardCases, ANetworkAndItsLatticeAgree) {
 
 TEST(HardCases, ThreadsDoNotChangeABit) {
     const Lattice lattice = Lattice::box(13, 14, 15, kCellSize);
-    for (const auto kind : {PreconditionerKind::block_jacobi, PreconditionerKind::multigrid}) {
+    // At nu = 0.499 multigrid smooths rotations too.
+    for (const auto& [kind, nu] :
+         {std::pair{PreconditionerKind::block_jacobi, 0.45}, std::pair{PreconditionerKind::multigrid, 0.45},
+          std::pair{PreconditionerKind::multigrid, 0.499}}) {
         Field<double> first;
         for (int threads : {1, 2, 3}) {
             PlanOptions options;
             options.threads = threads;
-            EquilibriumSolver<double> solver(lattice, {.poisson_ratio = 0.45}, options);
+            EquilibriumSolver<double> solver(lattice, {.poisson_ratio = nu}, options);
             Field<double> u(solver.node_count());
             EquilibriumOptions limits;
             limits.tolerance = 1e-4;
