@@ -107,14 +107,15 @@ struct LayerEnergy {
     double volume;  ///< in units of 32 times the same
 };
 
-/// Springs of a network in blocks of the vector's width; no node occurs twice in one colour.
+/// Springs of a network in blocks of kMaxWidth; no node occurs in two blocks of one colour.
 template <class T>
 struct NetworkSprings {
     const std::int32_t* a;
     const std::int32_t* b;
     const T* rest[3];
     const T* stiffness;
-    const T* inverse_length2; ///< 1 / l^2
+    const T* inverse_length2;   ///< 1 / l^2
+    const std::uint8_t* in_row; ///< one a block: whether lane i has the nodes a + i and b + i of lane 0
 };
 
 /// Hexahedral cells of a network, likewise; array c of `node` holds corner c.
@@ -124,6 +125,7 @@ struct NetworkCells {
     const T* rest_edge[9]; ///< a0, b0, c0: the means of four parallel edges at rest, x y z each
     const T* kappa;
     const T* inverse_volume; ///< 1 / V0
+    const std::uint8_t* in_row;
 };
 
 /// Nodes of a network as separate arrays; m.

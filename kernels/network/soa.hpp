@@ -7,15 +7,38 @@
 namespace hybmss::kernels {
 namespace {
 
+/// The nodes of a vector of ends.
+struct NodeLanes {
+    const std::int32_t* index;
+    bool in_row; ///< index[0], index[0] + 1, ...
+};
+HYBMSS_INLINE NodeLanes node_lanes(const std::int32_t* index, const std::uint8_t* in_row, std::ptrdiff_t i) {
+    return {index + i, in_row[i / kMaxWidth] != 0};
+}
+
 template <class V, class T>
-HYBMSS_INLINE Vector3<V> gather_vector(T* const (&field)[3], const std::int32_t* index) {
-    return {gather_lanes<V>(field[0], index), gather_lanes<V>(field[1], index), gather_lanes<V>(field[2], index)};
+HYBMSS_INLINE V gather_lanes(const T* field, const NodeLanes& at) {
+    return at.in_row ? load_lanes<V>(field + at.index[0]) : gather_lanes<V>(field, at.index);
 }
 template <class V, class T>
-HYBMSS_INLINE void scatter_vector(const Vector3<V>& v, T* const (&field)[3], const std::int32_t* index) {
-    scatter_lanes(v.x, field[0], index);
-    scatter_lanes(v.y, field[1], index);
-    scatter_lanes(v.z, field[2], index);
+HYBMSS_INLINE void scatter_lanes(V v, T* field, const NodeLanes& at) {
+    if (at.in_row) {
+        store_lanes(field + at.index[0], v);
+    } else {
+        scatter_lanes(v, field, at.index);
+    }
+}
+
+/// `at`: indices, or NodeLanes.
+template <class V, class T, class Lanes>
+HYBMSS_INLINE Vector3<V> gather_vector(T* const (&field)[3], const Lanes& at) {
+    return {gather_lanes<V>(field[0], at), gather_lanes<V>(field[1], at), gather_lanes<V>(field[2], at)};
+}
+template <class V, class T, class Lanes>
+HYBMSS_INLINE void scatter_vector(const Vector3<V>& v, T* const (&field)[3], const Lanes& at) {
+    scatter_lanes(v.x, field[0], at);
+    scatter_lanes(v.y, field[1], at);
+    scatter_lanes(v.z, field[2], at);
 }
 
 /// du, and s = |d|^2 / l^2 - 1 = (2 r.du + du.du) / l^2, of the springs at i ... i + width.
@@ -23,7 +46,8 @@ template <class V, class T, class Field>
 HYBMSS_INLINE V spring_stretch(const NetworkSprings<T>& springs, const Field& displacement, std::ptrdiff_t i,
                                Vector3<V>& rest, Vector3<V>& du) {
     rest = {load_lanes<V>(springs.rest[0] + i), load_lanes<V>(springs.rest[1] + i), load_lanes<V>(springs.rest[2] + i)};
-    du = gather_vector<V>(displacement, springs.b + i) - gather_vector<V>(displacement, springs.a + i);
+    du = gather_vector<V>(displacement, node_lanes(springs.b, springs.in_row, i)) -
+         gather_vector<V>(displacement, node_lanes(springs.a, springs.in_row, i));
     return load_lanes<V>(springs.inverse_length2 + i) * multiply_add(splat<V>(2), dot(rest, du), dot(du, du));
 }
 
@@ -41,7 +65,7 @@ HYBMSS_INLINE void mean_edges(const NetworkCells<T>& cells, const Field& field, 
     // Sums over the corners by the three bits of their number: the mean of four edges is a quarter of a signed sum.
     Vector3<V> u[8];
     for (int corner = 0; corner < 8; ++corner) {
-        u[corner] = gather_vector<V>(field, cells.node[corner] + i);
+        u[corner] = gather_vector<V>(field, node_lanes(cells.node[corner], cells.in_row, i));
     }
     const Vector3<V> d0 = u[7] - u[0], d1 = u[6] - u[1], d2 = u[5] - u[2], d3 = u[4] - u[3];
     const Vector3<V> sum01 = d0 + d1, sum23 = d2 + d3;

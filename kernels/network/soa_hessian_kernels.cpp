@@ -16,7 +16,7 @@ void soa_spring_product(const NetworkSprings<Scalar<V>>& springs, const HessianA
     for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
         Vector3<V> rest, du;
         const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
-        const std::int32_t *a = springs.a + i, *b = springs.b + i;
+        const NodeLanes a = node_lanes(springs.a, springs.in_row, i), b = node_lanes(springs.b, springs.in_row, i);
         Vector3<V> p = rest + du;
         if constexpr (law != SpringLaw::stiffening) {
             p = gather_vector<V>(nodes.direction, b) - gather_vector<V>(nodes.direction, a);
@@ -46,7 +46,8 @@ void soa_cell_product(const NetworkCells<Scalar<V>>& cells, const HessianArrays<
         // On the corners 7, 6, 5, 4; those on 0, 1, 2, 3 are opposite.
         const Vector3<V> high_change[4] = {plus + change[2], change[2] - minus, minus + change[2], change[2] - plus};
         for (int corner = 0; corner < 4; ++corner) {
-            const std::int32_t *low = cells.node[corner] + i, *high = cells.node[7 - corner] + i;
+            const NodeLanes low = node_lanes(cells.node[corner], cells.in_row, i),
+                            high = node_lanes(cells.node[7 - corner], cells.in_row, i);
             scatter_vector(gather_vector<V>(nodes.product, low) - high_change[corner], nodes.product, low);
             scatter_vector(gather_vector<V>(nodes.product, high) + high_change[corner], nodes.product, high);
         }
@@ -54,9 +55,9 @@ void soa_cell_product(const NetworkCells<Scalar<V>>& cells, const HessianArrays<
 }
 
 template <class V, class T>
-HYBMSS_INLINE void add_blocks(const Symmetric3<V>& h, const DiagonalBlocks<T>& blocks, const std::int32_t* index) {
+HYBMSS_INLINE void add_blocks(const Symmetric3<V>& h, const DiagonalBlocks<T>& blocks, const NodeLanes& at) {
     for (int e = 0; e < kBlockEntries; ++e) {
-        scatter_lanes(gather_lanes<V>(blocks.entry[e], index) + h.entry[e], blocks.entry[e], index);
+        scatter_lanes(gather_lanes<V>(blocks.entry[e], at) + h.entry[e], blocks.entry[e], at);
     }
 }
 
@@ -70,8 +71,8 @@ void soa_spring_diagonal(const NetworkSprings<Scalar<V>>& springs, const Hessian
         const Symmetric3<V> h =
             law_block<law>(load_lanes<V>(springs.stiffness + i), s, one_minus_rsqrt<accuracy>(s),
                            load_lanes<V>(springs.inverse_length2 + i), rest + du, blocks.stiffening);
-        add_blocks(h, blocks, springs.a + i);
-        add_blocks(h, blocks, springs.b + i);
+        add_blocks(h, blocks, node_lanes(springs.a, springs.in_row, i));
+        add_blocks(h, blocks, node_lanes(springs.b, springs.in_row, i));
     }
 }
 
@@ -89,8 +90,8 @@ void soa_cell_diagonal(const NetworkCells<Scalar<V>>& cells, const HessianArrays
         const Vector3<V> gradient[4] = {plus + cell.ab, cell.ab - minus, minus + cell.ab, cell.ab - plus};
         for (int corner = 0; corner < 4; ++corner) {
             const Symmetric3<V> h = rank_one(splat<V>(0), scale, gradient[corner]);
-            add_blocks(h, blocks, cells.node[corner] + i);
-            add_blocks(h, blocks, cells.node[7 - corner] + i);
+            add_blocks(h, blocks, node_lanes(cells.node[corner], cells.in_row, i));
+            add_blocks(h, blocks, node_lanes(cells.node[7 - corner], cells.in_row, i));
         }
     }
 }

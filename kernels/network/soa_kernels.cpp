@@ -15,7 +15,7 @@ void soa_springs(const NetworkSprings<Scalar<V>>& springs, const NodeArrays<Scal
         const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
         const V tension = load_lanes<V>(springs.stiffness + i) * one_minus_rsqrt<accuracy>(s);
         const Vector3<V> d = rest + du;
-        const std::int32_t *a = springs.a + i, *b = springs.b + i;
+        const NodeLanes a = node_lanes(springs.a, springs.in_row, i), b = node_lanes(springs.b, springs.in_row, i);
         scatter_vector(multiply_add(tension, d, gather_vector<V>(nodes.force, a)), nodes.force, a);
         scatter_vector(subtract_product(tension, d, gather_vector<V>(nodes.force, b)), nodes.force, b);
     }
@@ -33,7 +33,8 @@ void soa_cells(const NetworkCells<Scalar<V>>& cells, const NodeArrays<Scalar<V>>
         // Gradients of the corners 7, 6, 5, 4; those of 0, 1, 2, 3 are opposite.
         const Vector3<V> gradient[4] = {plus + cell.ab, cell.ab - minus, minus + cell.ab, cell.ab - plus};
         for (int corner = 0; corner < 4; ++corner) {
-            const std::int32_t *low = cells.node[corner] + i, *high = cells.node[7 - corner] + i;
+            const NodeLanes low = node_lanes(cells.node[corner], cells.in_row, i),
+                            high = node_lanes(cells.node[7 - corner], cells.in_row, i);
             scatter_vector(multiply_add(pressure, gradient[corner], gather_vector<V>(nodes.force, low)), nodes.force,
                            low);
             scatter_vector(subtract_product(pressure, gradient[corner], gather_vector<V>(nodes.force, high)),

@@ -19,12 +19,17 @@ Stage in_pieces(std::size_t begin, std::size_t end, Visit visit, std::size_t pie
             }};
 }
 
-/// visit(begin, end) on pieces of every colour, a stage a colour.
-template <class Visit>
-void append_colors(const std::vector<std::size_t>& color_begin, const Visit& visit, std::vector<Stage>& stages,
-                   std::size_t piece = kPiece) {
-    for (std::size_t color = 0; color + 1 < color_begin.size(); ++color) {
-        stages.push_back(in_pieces(color_begin[color], color_begin[color + 1], visit, piece));
+/// visit(begin, end) on pieces of every colour, a stage a colour. The pieces outlive the stages.
+template <class Items, class Visit>
+void append_colors(const Items& items, const Visit& visit, std::vector<Stage>& stages) {
+    auto piece = items.piece_begin.begin();
+    for (auto color = items.color_begin.begin() + 1; color != items.color_begin.end(); ++color) {
+        const auto end = std::lower_bound(piece, items.piece_begin.end(), *color);
+        stages.push_back({static_cast<std::size_t>(end - piece), [visit, piece](std::size_t i, std::size_t) {
+                              const auto at = piece + static_cast<std::ptrdiff_t>(i);
+                              visit(static_cast<std::ptrdiff_t>(*at), static_cast<std::ptrdiff_t>(*(at + 1)));
+                          }});
+        piece = end;
     }
 }
 
@@ -49,7 +54,8 @@ kernels::NetworkSprings<T> NetworkBody<T>::spring_arrays() const {
             s.b.data(),
             {s.rest[0].data(), s.rest[1].data(), s.rest[2].data()},
             s.stiffness.data(),
-            s.inverse_length2.data()};
+            s.inverse_length2.data(),
+            s.in_row.data()};
 }
 
 template <class T>
@@ -64,6 +70,7 @@ kernels::NetworkCells<T> NetworkBody<T>::cell_arrays() const {
     }
     cells.kappa = c.kappa.data();
     cells.inverse_volume = c.inverse_volume.data();
+    cells.in_row = c.in_row.data();
     return cells;
 }
 
@@ -98,9 +105,8 @@ template <class Means, class... Arguments>
 void NetworkBody<T>::append_mean_stages(std::vector<Stage>& stages, Means on_means,
                                         const Arguments&... arguments) const {
     append_colors(
-        layout_.means.color_begin,
-        [=, cells = mean_cells()](auto begin, auto end) { on_means(cells, arguments..., begin, end); }, stages,
-        kPieceBlocks);
+        layout_.means, [=, cells = mean_cells()](auto begin, auto end) { on_means(cells, arguments..., begin, end); },
+        stages);
 }
 
 template <class T>
@@ -109,12 +115,12 @@ std::vector<Stage> NetworkBody<T>::color_stages(Springs on_springs, Cells on_cel
                                                 const Arguments&... arguments) const {
     std::vector<Stage> stages;
     append_colors(
-        layout_.springs.color_begin,
+        layout_.springs,
         [=, springs = spring_arrays()](auto begin, auto end) { on_springs(springs, arguments..., begin, end); },
         stages);
     if (on_cells) {
         append_colors(
-            layout_.cells.color_begin,
+            layout_.cells,
             [=, cells = cell_arrays()](auto begin, auto end) { on_cells(cells, arguments..., begin, end); }, stages);
     }
     return stages;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -57,40 +58,78 @@ TEST(Coloring, OfNothingHasNoColours) {
     EXPECT_EQ(color_greedily({}, 2, 0).colors(), 0u);
 }
 
-TEST(ColoredSoa, PadsEveryColourToWholeVectorsWithSpringsOfStiffnessZero) {
-    testing::Random random(6);
-    const Network network = Network::from_lattice(testing::random_lattice(4, 3, 5, 0.5, random), Material{1e4, 0.4});
-    const ColoredSoa<double> soa(network);
-    double stiffness = 0;
-    for (std::size_t i = 0; i < soa.springs.a.size(); ++i) {
-        const bool dummy = soa.springs.a[i] >= static_cast<std::int32_t>(soa.node_count);
-        EXPECT_EQ(soa.springs.stiffness[i] == 0, dummy);
-        EXPECT_LT(soa.springs.a[i], static_cast<std::int32_t>(soa.size()));
-        stiffness += soa.springs.stiffness[i];
-    }
-    double expected = 0;
-    for (const Network::Spring& s : network.springs) {
-        expected += s.stiffness;
-    }
-    EXPECT_NEAR(stiffness, expected, 1e-9 * expected);
-    EXPECT_EQ(soa.springs.color_begin.size() - 1, 26u) << "a node inside a lattice has 26 springs";
-    for (const auto* begins : {&soa.springs.color_begin, &soa.cells.color_begin}) {
-        for (std::size_t begin : *begins) {
-            EXPECT_EQ(begin % kPadding, 0u);
-        }
-    }
-    // Within any vector of any colour no node twice, dummies included: scatters may not collide.
-    for (std::size_t block = 0; block < soa.cells.node[0].size(); block += kPadding) {
-        std::set<std::int32_t> seen;
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-            for (std::size_t lane = 0; lane < kPadding; ++lane) {
-                const std::int32_t n = soa.cells.node[corner][block + lane];
-                const bool dummy = n >= static_cast<std::int32_t>(soa.node_count);
-                EXPECT_TRUE(seen.insert(n).second || dummy);
-                EXPECT_TRUE(!dummy || static_cast<std::size_t>(n) == soa.node_count + lane);
+/// No node in two pieces of a colour; lanes in a row, or each node once; padding at the dummies, or in the gaps of
+/// rows.
+template <std::size_t ends>
+void expect_blocks(const AlignedArray<std::int32_t>* const (&node)[ends], const AlignedArray<std::uint8_t>& in_row,
+                   const std::vector<std::size_t>& color_begin, const std::vector<std::size_t>& piece_begin,
+                   std::size_t node_count) {
+    ASSERT_EQ(color_begin.back(), node[0]->size());
+    ASSERT_EQ(piece_begin.back(), node[0]->size());
+    ASSERT_EQ(in_row.size() * kPadding, node[0]->size());
+    EXPECT_TRUE(std::includes(piece_begin.begin(), piece_begin.end(), color_begin.begin(), color_begin.end()));
+    for (std::size_t color = 0; color + 1 < color_begin.size(); ++color) {
+        std::map<std::int32_t, std::size_t> piece_of;
+        std::set<std::int32_t> gathered;
+        EXPECT_EQ(color_begin[color] % kPadding, 0u);
+        for (std::size_t slot = color_begin[color]; slot < color_begin[color + 1]; ++slot) {
+            const std::size_t block = slot / kPadding, lane = slot % kPadding;
+            const auto piece = static_cast<std::size_t>(std::upper_bound(piece_begin.begin(), piece_begin.end(), slot) -
+                                                        piece_begin.begin());
+            for (const auto* end : node) {
+                const std::int32_t n = (*end)[slot];
+                if (in_row[block]) {
+                    EXPECT_EQ(n, (*end)[block * kPadding] + static_cast<std::int32_t>(lane));
+                    EXPECT_LT(static_cast<std::size_t>(n), node_count + kPadding);
+                } else if (n >= static_cast<std::int32_t>(node_count)) {
+                    EXPECT_EQ(static_cast<std::size_t>(n), node_count + lane);
+                    continue;
+                } else {
+                    EXPECT_TRUE(gathered.insert(n).second) << n;
+                }
+                EXPECT_EQ(piece_of.emplace(n, piece).first->second, piece) << n;
             }
         }
     }
+}
+
+void expect_soa(const Network& network) {
+    const ColoredSoa<double> soa(network);
+    double stiffness = 0, kappa = 0, expected = 0, expected_kappa = 0;
+    std::size_t springs = 0;
+    for (std::size_t i = 0; i < soa.springs.a.size(); ++i) {
+        springs += soa.springs.stiffness[i] > 0;
+        stiffness += soa.springs.stiffness[i];
+    }
+    for (std::size_t i = 0; i < soa.cells.kappa.size(); ++i) {
+        kappa += soa.cells.kappa[i];
+    }
+    for (const Network::Spring& s : network.springs) {
+        expected += s.stiffness;
+    }
+    for (const Network::Cell& c : network.cells) {
+        expected_kappa += c.kappa;
+    }
+    EXPECT_EQ(springs, network.springs.size());
+    EXPECT_NEAR(stiffness, expected, 1e-9 * expected);
+    EXPECT_NEAR(kappa, expected_kappa, 1e-9 * expected_kappa);
+    const auto& rows = soa.springs.in_row;
+    EXPECT_GT(std::count(rows.data(), rows.data() + rows.size(), 1), 0);
+    EXPECT_GT(std::count(rows.data(), rows.data() + rows.size(), 0), 0);
+    expect_blocks<2>({&soa.springs.a, &soa.springs.b}, rows, soa.springs.color_begin, soa.springs.piece_begin,
+                     soa.node_count);
+    const auto& n = soa.cells.node;
+    expect_blocks<8>({&n[0], &n[1], &n[2], &n[3], &n[4], &n[5], &n[6], &n[7]}, soa.cells.in_row, soa.cells.color_begin,
+                     soa.cells.piece_begin, soa.node_count);
+}
+
+TEST(ColoredSoa, HasRunsAndSinglesInBlocksWhosePiecesShareNoNodeInAColour) {
+    testing::Random random(6);
+    expect_soa(Network::from_lattice(testing::random_lattice(4, 3, 5, 0.5, random), Material{1e4, 0.4}));
+    expect_soa(Network::from_lattice(testing::random_lattice(20, 5, 6, 0.9, random), Material{1e4, 0.4}));
+    expect_soa(Network::from_lattice(Lattice::box(1, 1, 1, 0.1), Material{1e4, 0.4}));
+    expect_soa(Network::from_lattice(Lattice::box(12, 11, 13, 0.1), Material{1e4, 0.4}));
+    expect_soa(Network::from_lattice(Lattice::box(30, 3, 3, 0.1), Material{1e4, 0.4}));
 }
 
 } // namespace
