@@ -94,9 +94,12 @@ CellVolumes<T>::CellVolumes(const Body<T>& body, const SolidCells& solid) {
         Cell& cell = cells_.emplace_back();
         std::transform(given.nodes.begin(), given.nodes.end(), cell.places.begin(),
                        [&](std::uint32_t node) { return places[node]; });
-        const Eigen::Matrix3d edges = Eigen::Map<const Eigen::Matrix3d>(given.rest_edges.data());
-        const Eigen::Matrix3d inverse = body.length_unit() * edges.inverse();
-        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(cell.inverse_edges.data()) = inverse;
+        if (cells_.size() == 1 || given.rest_edges != (&given - 1)->rest_edges) {
+            const Eigen::Matrix3d edges = Eigen::Map<const Eigen::Matrix3d>(given.rest_edges.data());
+            const Eigen::Matrix3d inverse = body.length_unit() * edges.inverse();
+            Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse_edges_.emplace_back().data()) = inverse;
+        }
+        cell.shape = static_cast<std::uint32_t>(inverse_edges_.size() - 1);
     }
 }
 
@@ -120,12 +123,13 @@ VolumeRatios CellVolumes<T>::ratios(const State<T>& state) const {
                 }
             }
         }
+        const std::array<double, 9>& inverse_edges = inverse_edges_[cell.shape];
         double f[3][3];
         for (std::size_t i = 0; i < 3; ++i) {
             for (std::size_t j = 0; j < 3; ++j) {
                 f[i][j] = i == j;
                 for (std::size_t e = 0; e < 3; ++e) {
-                    f[i][j] += change[i][e] * cell.inverse_edges[3 * e + j];
+                    f[i][j] += change[i][e] * inverse_edges[3 * e + j];
                 }
             }
         }

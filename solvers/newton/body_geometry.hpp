@@ -51,9 +51,10 @@ public:
 private:
     struct Cell {
         std::array<std::uint32_t, 8> places; ///< in the layout
-        std::array<double, 9>
-            inverse_edges; ///< of the matrix with the columns a0, b0, c0, times the body's unit, by rows
+        std::uint32_t shape;
     };
+    /// Of the matrix with the columns a0, b0, c0, times the body's unit, by rows; cells of a lattice share one.
+    std::vector<std::array<double, 9>> inverse_edges_;
     std::vector<Cell> cells_;
 };
 

@@ -92,8 +92,7 @@ struct EquilibriumSolver<T>::Implementation {
     Implementation(PlannedBody<T> made, const PlanOptions& given, const BodyScales& scales, const SolidCells& solid,
                    Sections sections)
         : planned(std::move(made)), wishes(given), body(planned.body.get()), state(body->make_state(false)),
-          potential(*body, scales, solid, std::move(sections)), stepping(potential.space()),
-          minimiser(potential.space()) {}
+          potential(*body, scales, solid, std::move(sections)), stepping(potential.space()) {}
 
     void read(VectorField<T> displacement) {
         body->check(displacement); // it is written in the end
@@ -227,7 +226,6 @@ struct EquilibriumSolver<T>::Implementation {
     State<T> state;
     Potential<T> potential;
     LoadStepping<T> stepping;
-    TrustRegion<T> minimiser;
     BlockJacobi<T> block_jacobi;
     std::optional<std::pair<Lattice, Material>> lattice; ///< where the body is one
     std::unique_ptr<Cycles> multigrid;                   ///< made when it is first asked for
@@ -342,7 +340,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     const bool damped = i.stiffness_damping > time_step && options.preconditioner == PreconditionerKind::automatic;
     Preconditioner<T>& preconditioner = i.choose(damped ? PreconditionerKind::block_jacobi : options.preconditioner,
                                                  time_step / i.body->critical_time_step());
-    result.cg_iterations = i.minimiser.predict(i.potential, preconditioner, i.state);
+    result.cg_iterations = i.stepping.minimiser().predict(i.potential, preconditioner, i.state);
     MinimiserOptions limits;
     limits.tolerance = options.tolerance;
     limits.iterations = options.newton_iterations;
@@ -351,7 +349,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
             return options.progress({1, 1, iteration, result.cg_iterations + cg, residual, energy});
         };
     }
-    const MinimiserResult found = i.minimiser.minimise(i.potential, preconditioner, i.state, limits);
+    const MinimiserResult found = i.stepping.minimiser().minimise(i.potential, preconditioner, i.state, limits);
     result.status = found.status;
     result.residual = found.residual;
     result.potential = found.potential;

@@ -15,6 +15,9 @@ class LoadStepping {
 public:
     explicit LoadStepping(const VectorSpace<T>& space);
 
+    /// For what is no load step: its vectors are a good part of a solver's memory.
+    TrustRegion<T>& minimiser() { return minimiser_; }
+
     /// prescribe(fraction) sets the supports and loads of the potential.
     /// `near_end`: the state is near the equilibrium at the end already.
     EquilibriumResult follow(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,

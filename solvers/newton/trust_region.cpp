@@ -141,8 +141,10 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
     };
     double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
     bool renew = true;
-    // Bodies whose sections turn are far for another reason, and longer steps twist them beyond what cells can hold.
-    bool convex = potential.turning() == nullptr;
+    // Bodies whose sections turn are far for another reason: longer or less exact steps twist them beyond what cells
+    // hold.
+    const bool straight = potential.turning() == nullptr;
+    bool convex = straight;
     std::function<bool(int)> cg_progress;
     if (options.progress) {
         cg_progress = [&](int more) {
@@ -180,7 +182,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const double enough = 0.3 * options.tolerance / result.residual;
         const double relative = std::max(forcing, std::min(enough, 0.1));
         CgLimits limits{.relative_residual = relative,
-                        .relative_force = relative,
+                        .relative_force = straight ? relative : 0,
                         .radius = radius,
                         .iterations = 5000,
                         .curvature = convex && result.residual > kFar ? Curvature::convex : Curvature::whole,
