@@ -85,10 +85,8 @@ const char* explanation(Reason reason) {
     switch (reason) {
     case Reason::unbounded:
         return "No equilibrium: at nu = 0 the volume modulus kappa is negative, and a lattice without face diagonals "
-               "that "
-               "has wrinkled (on means at its free edges) gives energy away without end. The print's figure is a state "
-               "of "
-               "a motion.";
+               "that has wrinkled, or on means is twisted far, gives energy away without end. The print's figure is a "
+               "state of a motion.";
     case Reason::wrinkles:
         return "Without face diagonals the lattice wrinkles: it has several equilibria, and the way there decides "
                "which "
