@@ -72,7 +72,7 @@ void CellRotations::add_correction(const GridVector& r, GridVector& z, const Wor
             }
         }
     };
-    const auto layer = [&, nx = nx, ny = ny, nz = nz](int k, std::vector<float>& scratch) {
+    const auto layer = [&, ny = ny, nz = nz](int k, std::vector<float>& scratch) {
         scratch.resize(27 * width);
         float *of_cells[9], *before[9], *now[9];
         for (std::size_t e = 0; e < 9; ++e) {
