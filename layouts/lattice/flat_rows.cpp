@@ -102,10 +102,9 @@ std::vector<LatticeAxes> axes_by_cost(const Lattice& lattice, bool shared) {
     const auto cost = [&](const LatticeAxes& order) {
         return order == orders.front() ? kWorthIt * plain : sweep_cost(lattice, order);
     };
-    std::vector<std::pair<double, LatticeAxes>> ranked;
-    for (const LatticeAxes& order : orders) {
-        ranked.emplace_back(cost(order), order);
-    }
+    std::vector<std::pair<double, LatticeAxes>> ranked(orders.size());
+    std::transform(orders.begin(), orders.end(), ranked.begin(),
+                   [&](const LatticeAxes& order) { return std::pair(cost(order), order); });
     std::stable_sort(ranked.begin(), ranked.end(), [](const auto& p, const auto& q) { return p.first < q.first; });
     std::transform(ranked.begin(), ranked.end(), orders.begin(), [](const auto& p) { return p.second; });
     return orders;

@@ -7,13 +7,15 @@ namespace {
 
 using Matrix = std::array<std::array<float, 8>, 8>; ///< over corners
 
-/// The same term with rows and columns exchanged: V_ef^T = V_fe.
+/// The same term with rows and columns exchanged: V_ef^T = V_fe, likewise G_ik.
 std::size_t transposed(std::size_t term) {
-    if (term < CellPattern::kVolume || term == CellPattern::kPull) {
-        return term;
+    for (const std::size_t first : {CellPattern::kVolume, CellPattern::kPatterns}) {
+        if (term >= first && term < first + 9) {
+            const std::size_t e = term - first;
+            return first + 3 * (e % 3) + e / 3;
+        }
     }
-    const std::size_t e = term - CellPattern::kVolume;
-    return CellPattern::kVolume + 3 * (e % 3) + e / 3;
+    return term;
 }
 
 Matrix unfolded(const CellPattern& pattern, std::size_t term) {
@@ -47,6 +49,10 @@ void spread(Matrix& matrix, std::size_t axis, bool high) {
 float side(std::size_t corner, std::size_t axis) {
     return corner >> axis & 1 ? 1.0f : -1.0f;
 }
+/// Of a corner in g_1, g_2, g_3 (PatternConstants).
+float pattern_weight(std::size_t corner, std::size_t i) {
+    return side(corner, (i + 1) % 3) * side(corner, (i + 2) % 3) / 8;
+}
 
 } // namespace
 
@@ -72,6 +78,9 @@ void CellPattern::evaluate(const CellTangents& tangents, float pull, CellMatrice
         }
         for (const std::size_t i : {0u, 3u, 5u}) {
             sum[i] += by[kPull] * pull;
+            if (tangents.has_patterns) {
+                sum[i] += by[kFourth] * tangents.fourth;
+            }
         }
         Lanes(&block)[9] = matrices.block[pair];
         for (std::size_t i = 0; i < 9; ++i) {
@@ -82,10 +91,15 @@ void CellPattern::evaluate(const CellTangents& tangents, float pull, CellMatrice
                 block[i] += by[kVolume + e] * product[e / 3][e % 3][i];
             }
         }
+        for (std::size_t e = 0; tangents.has_patterns && e < 9; ++e) {
+            for (std::size_t i = 0; i < 9; ++i) {
+                block[i] += by[kPatterns + e] * tangents.patterns[e / 3][e % 3][i];
+            }
+        }
     }
 }
 
-CellPatterns::CellPatterns() : patterns_(1) {
+CellPatterns::CellPatterns(bool on_means) : on_means_(on_means), patterns_(1) {
     std::fill_n(&patterns_[0].factor[0][0], kCornerPairs * CellPattern::kTerms, 0.0f);
 }
 
@@ -101,12 +115,26 @@ int CellPatterns::cell(unsigned held_corners) {
         const float both = free(a) * free(b);
         float(&factor)[CellPattern::kTerms] = pattern.factor[pair];
         for (std::size_t c = 0; c < 8; ++c) {
-            if (a == b && c != a) {
+            if (a == b && c != a && !on_means_) {
                 factor[spring_direction(a, c)] += both;
             }
         }
-        if (a != b) {
+        if (a != b && !on_means_) {
             factor[spring_direction(a, b)] = -both;
+        }
+        for (std::size_t d = 0; on_means_ && d < kSpringDirections; ++d) {
+            const auto [x, y, z] = spring_signs(d);
+            const auto weight = [&](std::size_t corner) {
+                return (x * side(corner, 0) + y * side(corner, 1) + z * side(corner, 2)) / 4;
+            };
+            factor[d] = both * weight(a) * weight(b);
+        }
+        for (std::size_t e = 0; on_means_ && e < 9; ++e) {
+            factor[CellPattern::kPatterns + e] = both * pattern_weight(a, e / 3) * pattern_weight(b, e % 3);
+        }
+        if (on_means_) {
+            const auto fourth = [](std::size_t corner) { return side(corner, 0) * pattern_weight(corner, 0); };
+            factor[CellPattern::kFourth] = both * fourth(a) * fourth(b);
         }
         for (std::size_t e = 0; e < 9; ++e) {
             factor[CellPattern::kVolume + e] = both * side(a, e / 3) * side(b, e % 3) / 16;

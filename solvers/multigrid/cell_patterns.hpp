@@ -32,10 +32,13 @@ struct CellMatrices {
 /// along d, c that of the volume and a_e its area vectors (CellTangents),
 ///
 ///     K = sum over d of S_d (x) A_d + c sum over e, f of V_ef (x) a_e a_f^T + pull P (x) 1
+///         + sum over i, k of G_ik (x) B_ik + k_4 G_4 (x) 1
 ///
-/// where S, V, P say which of its cells there are, which of their nodes are held, and how they were merged.
+/// where S, V, P, G say which of its cells there are, which of their nodes are held, and how they were merged; the last
+/// line, with B_ik of the patterns i and k of the corners, is of cells with springs on means alone.
 struct CellPattern {
-    static constexpr std::size_t kVolume = kSpringDirections, kPull = kVolume + 9, kTerms = kPull + 1;
+    static constexpr std::size_t kVolume = kSpringDirections, kPull = kVolume + 9, kPatterns = kPull + 1,
+                                 kFourth = kPatterns + 9, kTerms = kFourth + 1;
     float factor[kCornerPairs][kTerms];
 
     /// Adds nothing, sets.
@@ -48,7 +51,7 @@ public:
     static constexpr int kNone = -1; ///< for cells that differ in stiffness, or are held along some axes alone
     static constexpr int kVoid = 0;
 
-    CellPatterns();
+    explicit CellPatterns(bool on_means = false);
     /// One cell, with these corners held.
     int cell(unsigned held_corners);
     /// Cells merged along some axes (bit 0: x); those of the high side of an axis that is not merged are void. kNone
@@ -57,6 +60,7 @@ public:
     const CellPattern& operator[](int pattern) const { return patterns_[static_cast<std::size_t>(pattern)]; }
 
 private:
+    bool on_means_;
     std::map<std::array<int, 9>, int> numbers_;
     std::vector<CellPattern> patterns_;
 };

@@ -214,6 +214,11 @@ std::size_t spring_direction(std::size_t a, std::size_t b) {
     return code > 13 ? code - 14 : 12 - code;
 }
 
+std::array<float, 3> spring_signs(std::size_t direction) {
+    const std::size_t code = direction + 14;
+    return {static_cast<float>(code % 3) - 1, static_cast<float>(code / 3 % 3) - 1, static_cast<float>(code / 9) - 1};
+}
+
 Lanes CellStiffness::evaluate_volume(const Lanes (&F)[9], const Lanes& scale, Lanes (&area)[9]) const {
     for (std::size_t e = 0; e < 3; ++e) {
         const std::size_t f = (e + 1) % 3, g = (e + 2) % 3;
@@ -235,9 +240,7 @@ Lanes CellStiffness::evaluate_volume(const Lanes (&F)[9], const Lanes& scale, La
 void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, CellTangents& tangents) const {
     Lanes along_dilation{}; // v . K v with the dilation v of the cell: sum over its springs of d . A d
     for (std::size_t n = 0; n < kSpringDirections; ++n) {
-        const std::size_t code = n + 14;
-        const float s[3] = {static_cast<float>(code % 3) - 1, static_cast<float>(code / 3 % 3) - 1,
-                            static_cast<float>(code / 9) - 1};
+        const std::array<float, 3> s = spring_signs(n);
         const auto axes = static_cast<std::size_t>(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
         Lanes d[3], square{}, across, along;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -250,7 +253,7 @@ void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, CellTangen
             across[lane] = std::max(t, 0.0f);
             along[lane] = std::min(1 - t, 1.0f) / bounded;
         }
-        const Lanes k = static_cast<float>(share_[axes]) * scale;
+        const Lanes k = static_cast<float>(means_ ? on_means_[axes] : share_[axes]) * scale;
         across *= k;
         along *= k;
         std::size_t entry = 0;
@@ -259,8 +262,12 @@ void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, CellTangen
                 tangents.spring[n][entry++] = i == j ? along * d[i] * d[j] + across : along * d[i] * d[j];
             }
         }
-        const float springs = axes == 1 ? 4 : axes == 2 ? 2 : 1; // along the same direction
+        const float springs = means_ || axes == 3 ? 1.0f : axes == 2 ? 2.0f : 4.0f; // along the same direction
         along_dilation += springs * (along * square + across) * square;
+    }
+    tangents.has_patterns = means_;
+    if (means_) {
+        evaluate_patterns(F, scale, tangents);
     }
     tangents.volume_stiffness = evaluate_volume(F, scale, tangents.area);
     tangents.has_volume = false;
@@ -273,6 +280,29 @@ void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, CellTangen
         }
         tangents.has_volume = tangents.has_volume || stiffness != 0;
     }
+}
+
+// With g = 0, P_ij changes by dg_i . a_j alone: what is quadratic in these is all there is.
+void CellStiffness::evaluate_patterns(const Lanes (&F)[9], const Lanes& scale, CellTangents& tangents) const {
+    const auto bending = static_cast<float>(patterns_.bending), coupling = static_cast<float>(patterns_.coupling);
+    const auto twist = static_cast<float>(patterns_.twist), together = static_cast<float>(patterns_.joint_twist);
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                for (std::size_t d = 0; d < 3; ++d) {
+                    Lanes sum = together * F[3 * c + i] * F[3 * d + k];
+                    if (i != k) {
+                        sum += bending * coupling * F[3 * c + k] * F[3 * d + i];
+                    }
+                    for (std::size_t j = 0; i == k && j < 3; ++j) {
+                        sum += (j == i ? twist : bending) * F[3 * c + j] * F[3 * d + j];
+                    }
+                    tangents.patterns[i][k][3 * c + d] = scale * sum;
+                }
+            }
+        }
+    }
+    tangents.fourth = static_cast<float>(patterns_.fourth) * scale;
 }
 
 void CellStiffness::springs_at_rest(CellMatrix& matrix) const {

@@ -21,6 +21,8 @@ using CellMatrix = CellMatrixOf<float>;
 inline constexpr std::size_t kSpringDirections = 13;
 /// That of the spring between two corners, either way round.
 std::size_t spring_direction(std::size_t a, std::size_t b);
+/// Its components, each -1, 0 or 1.
+std::array<float, 3> spring_signs(std::size_t direction);
 
 /// Second derivatives of cells that deform homogeneously.
 struct CellTangents {
@@ -28,6 +30,11 @@ struct CellTangents {
     Lanes area[9];          ///< dV'/da, dV'/db, dV'/dc: b x c, c x a, a x b, of the cell with edges of length 1
     Lanes volume_stiffness; ///< c in the volume's part c g g^T of the matrix, g = dV'/dx; may be below 0
     bool has_volume;        ///< whether that is not zero in all lanes
+    // Of cells with springs on means, what holds their patterns (PatternConstants): by that of the moving and of the
+    // other corner, 3x3 blocks by rows, and what g_4 adds to all three axes.
+    bool has_patterns;
+    Lanes patterns[3][3][9];
+    Lanes fourth;
 };
 
 /// Second derivatives of the energy of single lattice cells with their shares of the springs, made positive
@@ -41,7 +48,7 @@ public:
     /// At the displacements of the corners, in units of the edge. S is float or double.
     template <class S>
     void evaluate(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix) const;
-    /// At deformation gradients, by rows, of cells whose springs are between nodes.
+    /// At deformation gradients, by rows.
     void evaluate(const Lanes (&gradient)[9], const Lanes& scale, CellTangents& tangents) const;
     /// Of those the volume's stiffness, whatever else there is, and the area vectors.
     Lanes evaluate_volume(const Lanes (&gradient)[9], const Lanes& scale, Lanes (&area)[9]) const;
@@ -52,6 +59,7 @@ public:
 private:
     template <class S>
     void set_springs(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix) const;
+    void evaluate_patterns(const Lanes (&gradient)[9], const Lanes& scale, CellTangents& tangents) const;
     template <class S>
     void add_mean_springs(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix) const;
 

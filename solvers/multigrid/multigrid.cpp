@@ -106,8 +106,8 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
     : body_(&body), workers_(&body.workers()), stiffness_(material, lattice.cell_size()), grid_{lattice.cells()},
       unit_(body.length_unit() / lattice.cell_size()),
       scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), node_at_(grid_.size(), kNoNode),
-      touching_(body.node_count(), 0.0f), gradients_(grid_), grid_in_(grid_), grid_out_(grid_),
-      degree_(smoother_degree(volume_to_shear(material))),
+      touching_(body.node_count(), 0.0f), patterns_(stiffness_.on_means()), gradients_(grid_), grid_in_(grid_),
+      grid_out_(grid_), degree_(smoother_degree(volume_to_shear(material))),
       low_part_((volume_to_shear(material) > kStiffVolume ? 0.5 : 1.0) / (degree_ * degree_)) {
     for (float& scale : scales_) {
         scale *= static_cast<float>(unit_);

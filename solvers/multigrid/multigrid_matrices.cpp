@@ -47,8 +47,7 @@ void Multigrid::find_patterns(std::span<const std::uint8_t> held) {
             along_all |= (axes == 7 ? 1u : 0u) << a;
             along_some |= (axes != 0 && axes != 7 ? 1u : 0u) << a;
         }
-        finest.pattern[cell] =
-            along_some != 0 || stiffness_.on_means() ? CellPatterns::kNone : patterns_.cell(along_all);
+        finest.pattern[cell] = along_some != 0 ? CellPatterns::kNone : patterns_.cell(along_all);
     });
     for (std::size_t l = 1; l < cells_.size(); ++l) {
         Cells &fine = cells_[l - 1], &coarse = cells_[l];

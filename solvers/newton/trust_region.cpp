@@ -19,6 +19,8 @@ constexpr double kMostTurn = 0.7, kLeastTurn = 1e-4;
 /// tensions and pressures that the step is to take away. In volumes that are all but kept these are a hundred times too
 /// large where a coarser mesh's equilibrium has been interpolated, and the energy curves downwards everywhere.
 constexpr double kFar = 0.3;
+/// How many times a start's residual, or 1, forces have grown to, while the energy fell, of a body that runs away.
+constexpr double kLost = 1e3;
 constexpr double kAccept = 1e-4, kPoor = 0.25, kGood = 0.75;
 
 template <class T>
@@ -139,6 +141,11 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const double scale = std::max({b.support, b.load, start_part, potential.force_floor()});
         return b.unbalanced / scale;
     };
+    const double lost = kLost * std::max(residual_of(balance), 1.0), start_energy = value.total;
+    const auto without_descent = [&] {
+        return result.residual > lost && value.total < start_energy ? EquilibriumStatus::unbounded
+                                                                    : EquilibriumStatus::no_descent;
+    };
     double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
     bool renew = true;
     // Bodies whose sections turn are far for another reason: longer or less exact steps twist them beyond what cells
@@ -224,7 +231,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         const double size = space_->largest([](const T& x) { return x < 0 ? -x : x; }, u);
         if (!(longest > 0.25 * kEpsilon * size) &&
             !(longest > 0.25 * kEpsilon * potential.length() * result.residual)) {
-            result.status = std::isfinite(longest) ? EquilibriumStatus::no_descent : EquilibriumStatus::not_finite;
+            result.status = std::isfinite(longest) ? without_descent() : EquilibriumStatus::not_finite;
             return result;
         }
         space_->copy(u, before_);
@@ -260,7 +267,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         if (!accepted) {
             space_->copy(before_, mutable_u);
             if (stalls >= 4) {
-                result.status = EquilibriumStatus::no_descent;
+                result.status = without_descent();
                 return result;
             }
             continue;
