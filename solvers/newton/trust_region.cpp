@@ -149,9 +149,9 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
     double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
     bool renew = true;
     // Bodies whose sections turn are far for another reason: longer or less exact steps twist them beyond what cells
-    // hold.
+    // hold. And a step of time is held near its start by masses: what curves downwards there is on the way.
     const bool straight = potential.turning() == nullptr;
-    bool convex = straight;
+    bool convex = straight && potential.pull_stiffness().empty();
     std::function<bool(int)> cg_progress;
     if (options.progress) {
         cg_progress = [&](int more) {
