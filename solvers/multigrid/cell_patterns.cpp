@@ -123,9 +123,9 @@ int CellPatterns::cell(unsigned held_corners) {
             factor[spring_direction(a, b)] = -both;
         }
         for (std::size_t d = 0; on_means_ && d < kSpringDirections; ++d) {
-            const auto [x, y, z] = spring_signs(d);
+            const std::array<float, 3> signs = spring_signs(d);
             const auto weight = [&](std::size_t corner) {
-                return (x * side(corner, 0) + y * side(corner, 1) + z * side(corner, 2)) / 4;
+                return (signs[0] * side(corner, 0) + signs[1] * side(corner, 1) + signs[2] * side(corner, 2)) / 4;
             };
             factor[d] = both * weight(a) * weight(b);
         }
