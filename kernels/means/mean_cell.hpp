@@ -25,7 +25,6 @@ namespace {
 template <class V>
 struct CellParts {
     Vector3<V> diagonal[4]; ///< from corner i to 7 - i
-    Vector3<V> s, t;        ///< diagonal[0] + [1], [2] + [3]
     Vector3<V> a, b, c;     ///< of A, B, C
     Vector3<V> g[3];        ///< of G_1, G_2, G_3
     Vector3<V> fourth;      ///< of G_4
@@ -40,13 +39,11 @@ HYBMSS_INLINE CellParts<V> cell_parts(const Vector3<V> (&u)[8]) {
     d[1] = u[6] - u[1];
     d[2] = u[5] - u[2];
     d[3] = u[4] - u[3];
-    parts.s = d[0] + d[1];
-    parts.t = d[2] + d[3];
-    const Vector3<V> s = d[0] - d[1], t = d[2] - d[3];
-    parts.a = s + t;
-    parts.fourth = s - t;
-    parts.b = parts.s - parts.t;
-    parts.c = parts.s + parts.t;
+    const Vector3<V> s = d[0] + d[1], t = d[2] + d[3], p = d[0] - d[1], q = d[2] - d[3];
+    parts.a = p + q;
+    parts.b = s - t;
+    parts.c = s + t;
+    parts.fourth = p - q;
     const Vector3<V> outer = (u[7] - u[6]) - (u[1] - u[0]), inner = (u[5] - u[4]) - (u[3] - u[2]);
     parts.g[0] = ((u[6] - u[4]) + (u[7] - u[5])) - ((u[2] - u[0]) + (u[3] - u[1]));
     parts.g[1] = outer + inner;
