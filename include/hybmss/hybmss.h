@@ -263,7 +263,8 @@ typedef struct hybmss_dynamics hybmss_dynamics;
 
 /* Leapfrog is of the second order at the same price; a reading of velocities or of the kinetic energy then takes an
  * evaluation of forces. hybmss/explicit_dynamics.hpp says all. */
-typedef enum hybmss_integrator { HYBMSS_SYMPLECTIC_EULER = 0, HYBMSS_LEAPFROG = 1 } hybmss_integrator;
+typedef int32_t hybmss_integrator;
+enum { HYBMSS_SYMPLECTIC_EULER = 0, HYBMSS_LEAPFROG = 1 };
 
 typedef struct hybmss_step_parameters {
     double time_step;       /* s, > 0 */
