@@ -18,9 +18,12 @@ Table step_benchmark(const RowChoices& choices);
 /// and level of accuracy.
 Table accuracy_benchmark(const RowChoices& choices);
 /// A cube of 20^3 cells. First a row for the step with all its seams for effects and none of them called for, against
-/// the sweep of the cells alone; then one for each effect of simulation/run/effect_list.hpp that can be called for,
-/// against the body without it.
+/// the sweep of the cells alone, and one for a body whose numbers are denormal; then one for each effect of
+/// simulation/run/effect_list.hpp that can be called for, against the body without it.
 Table effects_benchmark(const RowChoices& choices);
+/// The largest cubes of soft tissue that frames of 1/60 s and 1/1000 s hold, in contact with a plane and dragged by a
+/// node; 600 frames each, 60 where `quick`.
+Table realtime_benchmark(const RowChoices& choices);
 
 // What the studies measure.
 

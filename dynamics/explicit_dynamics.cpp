@@ -231,6 +231,7 @@ void ExplicitDynamics<T>::step(const StepParameters& parameters, long count, con
                 return;
             }
             try {
+                const UnderflowMode callers(Underflow::gradual);
                 if (motion.nodes) {
                     i.lead(motion.nodes(led));
                 }

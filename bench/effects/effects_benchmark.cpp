@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hybmss::bench {
 
@@ -15,7 +16,8 @@ constexpr int kEdge = 20;
 constexpr const char* kIntroduction =
     "ns/cell: of a step without the effect and with it, medians of interleaved rounds; ratio: the median of a "
     "round's.\n"
-    "`none called for`: the step with its seams for effects against the sweep of the cells alone.\n";
+    "`none called for`: the step with its seams for effects against the sweep of the cells alone. `denormal "
+    "numbers`: a body that has\nall but come to rest, against one that moves.\n";
 
 /// Rounds of the two, and the counters of their times.
 void measure(benchmark::State& state, const Work& without, const Work& with) {
@@ -32,8 +34,9 @@ void count_bytes(benchmark::State& state, std::size_t without, std::size_t with)
         (static_cast<double>(with) - static_cast<double>(without)) / std::pow(kEdge, 3);
 }
 
-PlanOptions options_of(InstructionSet set, int threads) {
+PlanOptions options_of(InstructionSet set, int threads, Accuracy accuracy) {
     PlanOptions options;
+    options.accuracy = accuracy;
     options.instruction_set = set;
     options.threads = threads;
     return options;
@@ -52,6 +55,18 @@ void measure_seams(benchmark::State& state, const PlanOptions& options) {
         state, [&](long steps) { bare.steps(parameters, steps); },
         [&](long steps) { dynamics.step(parameters, steps); });
     count_bytes(state, bare.bytes, dynamics.describe().bytes);
+}
+
+template <class T>
+void measure_denormals(benchmark::State& state, const PlanOptions& options) {
+    const Lattice lattice = Lattice::box(kEdge, kEdge, kEdge, 0.5);
+    ExplicitDynamics<T> moving(lattice, {}, options), resting(lattice, {}, options);
+    disturb(moving, lattice.cell_size());
+    disturb(resting, 0.1 * static_cast<double>(std::numeric_limits<T>::min()) / kDisturbance);
+    const StepParameters parameters = gentle_steps(moving);
+    measure(
+        state, [&](long steps) { moving.step(parameters, steps); },
+        [&](long steps) { resting.step(parameters, steps); });
 }
 
 /// A box at rest: a step takes as long for zeros as for other numbers, unless they are denormal.
@@ -102,13 +117,17 @@ Table effects_benchmark(const RowChoices& asked) {
     Table table{kIntroduction, {}};
     for (InstructionSet set : choices.instruction_sets) {
         for (Precision precision : choices.precisions) {
-            const PlanOptions options = options_of(set, threads);
+            const PlanOptions options = options_of(set, threads, choices.accuracy);
             const auto append = [&](const std::string& effect, std::function<void(benchmark::State&)> measured) {
                 table.rows.push_back(make_row(effect, set, precision, threads, choices.seconds, std::move(measured)));
             };
             append("none called for", [=](benchmark::State& state) {
                 precision == Precision::float32 ? measure_seams<float>(state, options)
                                                 : measure_seams<double>(state, options);
+            });
+            append("denormal numbers", [=](benchmark::State& state) {
+                precision == Precision::float32 ? measure_denormals<float>(state, options)
+                                                : measure_denormals<double>(state, options);
             });
             for (const EffectRule& rule : effect_rules()) {
                 if (rule.add) {

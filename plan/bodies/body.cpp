@@ -122,9 +122,10 @@ std::size_t State<T>::bytes() const {
 template <class T>
 Body<T>::Body(const PlanOptions& options, std::size_t nodes, kernels::Volume volume, const FrequencyBounds& frequencies,
               const SpringStiffening& stiffening, bool crush)
-    : workers_(useful_threads(options, nodes), options.task_runner), name_(options.layout),
-      table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), volume_(volume), accuracy_(options.accuracy),
-      frequencies_(frequencies) {
+    : workers_(useful_threads(options, nodes), options.task_runner,
+               options.accuracy == Accuracy::exact ? Underflow::gradual : Underflow::to_zero),
+      name_(options.layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), volume_(volume),
+      accuracy_(options.accuracy), frequencies_(frequencies) {
     if (stiffening.any()) {
         beside_.push_back({SpringLaw::stiffening,
                            SpringLaw::stiffening_tangent,

@@ -21,13 +21,14 @@ thread_local bool at_work = false;
 /// Marks the thread as being at work on pieces while it lives.
 class AtWork {
 public:
-    AtWork() : before_(std::exchange(at_work, true)) {}
+    explicit AtWork(Underflow underflow) : before_(std::exchange(at_work, true)), underflow_(underflow) {}
     ~AtWork() { at_work = before_; }
     AtWork(const AtWork&) = delete;
     AtWork& operator=(const AtWork&) = delete;
 
 private:
     bool before_;
+    UnderflowMode underflow_;
 };
 
 int pauses_of(int workers) {
@@ -46,8 +47,8 @@ bool inside_piece() {
     return at_work;
 }
 
-void run_alone(std::span<const Stage> stages, long rounds) noexcept {
-    const AtWork mark;
+void run_alone(std::span<const Stage> stages, long rounds, Underflow underflow) noexcept {
+    const AtWork mark(underflow);
     for (long round = 0; round < rounds; ++round) {
         for (const Stage& stage : stages) {
             for (std::size_t piece = 0; piece < stage.pieces; ++piece) {
@@ -57,8 +58,8 @@ void run_alone(std::span<const Stage> stages, long rounds) noexcept {
     }
 }
 
-StagedRun::StagedRun(std::span<const Stage> stages, long rounds, int workers)
-    : stages_(stages), workers_(static_cast<std::size_t>(workers)), pauses_(pauses_of(workers)) {
+StagedRun::StagedRun(std::span<const Stage> stages, long rounds, int workers, Underflow underflow)
+    : stages_(stages), workers_(static_cast<std::size_t>(workers)), pauses_(pauses_of(workers)), underflow_(underflow) {
     for (std::size_t s = 0; s < stages.size(); ++s) {
         const std::size_t pieces = stages[s].pieces;
         if (pieces > 0) {
@@ -118,7 +119,7 @@ std::uint64_t StagedRun::work_on(std::size_t place, std::uint32_t round, std::si
 }
 
 void StagedRun::work(std::size_t worker) noexcept {
-    const AtWork mark;
+    const AtWork mark(underflow_);
     std::uint64_t done = done_.load(std::memory_order_acquire);
     while (done < total_units_) {
         const std::uint64_t round = done / round_units_, in_round = done % round_units_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "plan/threads/underflow.hpp"
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +26,7 @@ inline void append(std::vector<Stage> more, std::vector<Stage>& stages) {
 }
 
 /// The stages in their order, `rounds` times, on the calling thread alone, as worker 0.
-void run_alone(std::span<const Stage> stages, long rounds) noexcept;
+void run_alone(std::span<const Stage> stages, long rounds, Underflow underflow = Underflow::gradual) noexcept;
 
 /// Whether the calling thread is at work on a piece.
 bool inside_piece();
@@ -43,7 +45,7 @@ bool inside_piece();
 class StagedRun {
 public:
     /// `stages` must outlive the rounds, not the object. `workers` >= 1.
-    StagedRun(std::span<const Stage> stages, long rounds, int workers);
+    StagedRun(std::span<const Stage> stages, long rounds, int workers, Underflow underflow = Underflow::gradual);
 
     /// Works until all rounds are done, by whomever. worker < workers, nobody else's meanwhile.
     void work(std::size_t worker) noexcept;
@@ -72,6 +74,7 @@ private:
     std::span<const Stage> stages_;
     std::size_t workers_;
     int pauses_;
+    Underflow underflow_;
     std::vector<Plan> plans_; ///< of the stages that have pieces
     std::uint64_t round_units_ = 0, total_units_ = 0;
     std::unique_ptr<Share[]> shares_; ///< workers_ for every plan

@@ -52,26 +52,26 @@ private:
 
 } // namespace
 
-Workers::Workers(int threads, const TaskRunner* runner)
+Workers::Workers(int threads, const TaskRunner* runner, Underflow underflow)
     : threads_(threads), helpers_(threads > 1 && !runner ? std::make_unique<HelperThreads>(threads) : nullptr),
-      runner_(runner ? *runner : TaskRunner{}) {}
+      runner_(runner ? *runner : TaskRunner{}), underflow_(underflow) {}
 Workers::Workers(Workers&&) noexcept = default;
 Workers::~Workers() = default;
 
 void Workers::run(std::span<const Stage> stages, long rounds) const {
     const bool divisible = std::any_of(stages.begin(), stages.end(), [](const Stage& s) { return s.pieces > 1; });
     if (threads_ == 1 || inside_piece() || !divisible || rounds <= 0) {
-        run_alone(stages, rounds);
+        run_alone(stages, rounds, underflow_);
         return;
     }
     if (runner_.enqueue) {
-        StagedRun run(stages, rounds, threads_);
+        StagedRun run(stages, rounds, threads_, underflow_);
         Tasks tasks(runner_, static_cast<std::size_t>(threads_));
         tasks.enqueue(run);
         run.work(0);
         return;
     }
-    const auto run = std::make_shared<StagedRun>(stages, rounds, threads_);
+    const auto run = std::make_shared<StagedRun>(stages, rounds, threads_, underflow_);
     helpers_->join(run);
     run->work(0);
 }

@@ -19,8 +19,8 @@ class HelperThreads;
 /// What is called from within a piece runs on the calling thread alone: the others have pieces of their own.
 class Workers {
 public:
-    /// `threads` >= 1. `runner` is copied; null: oneTBB.
-    explicit Workers(int threads, const TaskRunner* runner = nullptr);
+    /// `threads` >= 1. `runner` is copied; null: oneTBB. `underflow`: within pieces.
+    explicit Workers(int threads, const TaskRunner* runner = nullptr, Underflow underflow = Underflow::gradual);
     Workers(Workers&&) noexcept;
     ~Workers();
 
@@ -37,6 +37,7 @@ private:
     int threads_;
     std::unique_ptr<HelperThreads> helpers_; ///< of oneTBB; null where there are none
     TaskRunner runner_;                      ///< the caller's; without functions where there is none
+    Underflow underflow_;
 };
 
 /// A thread's share of a body, at least.

@@ -1,12 +1,15 @@
 // Stages on threads: every piece once a round, in the order of the stages, whoever turns up.
 
+#include "hybmss/explicit_dynamics.hpp"
 #include "plan/threads/workers.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -196,6 +199,42 @@ TEST(StagedRun, MorePiecesThanAShareCanCountAreRunInBundles) {
     const Workers workers(2);
     workers.run({&stage, 1}, 3);
     EXPECT_EQ(counts, std::vector<unsigned char>(counts.size(), 3));
+}
+
+float tenth_of_smallest_normal() {
+    volatile float smallest = std::numeric_limits<float>::min();
+    return smallest * 0.1f;
+}
+
+TEST(Underflow, HoldsInPiecesAloneAndOnEveryThread) {
+    for (const Underflow wanted : {Underflow::gradual, Underflow::to_zero}) {
+        for (const int threads : {1, 3}) {
+            const Workers workers(threads, nullptr, wanted);
+            std::atomic<int> zeros = 0, nested = 0;
+            workers.run(64, [&](std::size_t, std::size_t) {
+                zeros += tenth_of_smallest_normal() == 0 ? 1 : 0;
+                Workers(1).run(1, [&](std::size_t, std::size_t) { nested += tenth_of_smallest_normal() > 0 ? 1 : 0; });
+            });
+            EXPECT_EQ(zeros, wanted == Underflow::to_zero ? 64 : 0) << threads;
+            EXPECT_EQ(nested, 64) << "workers within a piece keep to their own";
+            EXPECT_GT(tenth_of_smallest_normal(), 0) << "the caller's mode is as it was";
+        }
+    }
+}
+
+/// A body that has all but come to rest.
+TEST(Underflow, ExactBodiesKeepWhatOthersFlush) {
+    for (const Accuracy accuracy : {Accuracy::accurate, Accuracy::exact}) {
+        PlanOptions options;
+        options.accuracy = accuracy;
+        ExplicitDynamics<float> body(Lattice::box(4, 4, 4, 1.0), Material{}, options);
+        std::vector<float> u(3 * body.node_count(), 0.0f);
+        u[3] = 1e-41f;
+        body.set_displacements(VectorField<const float>::aos(u.data(), body.node_count()));
+        body.step({0.5 * body.critical_time_step()}, 3);
+        body.get_displacements(VectorField<float>::aos(u.data(), body.node_count()));
+        EXPECT_EQ(std::any_of(u.begin(), u.end(), [](float x) { return x != 0; }), accuracy == Accuracy::exact);
+    }
 }
 
 } // namespace
