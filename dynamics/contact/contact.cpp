@@ -19,8 +19,10 @@ RigidPose Contact<T>::pose_after(std::size_t obstacle, double time) const {
     return pose;
 }
 
+// Inlined: what comes back through memory is read before it is there, which takes as long as all the rest.
 template <class T>
-Point Contact<T>::place(const RigidPose& pose, const Node& node, const State<T>& state) const {
+[[gnu::always_inline]] inline Point Contact<T>::place(const RigidPose& pose, const Node& node,
+                                                      const State<T>& state) const {
     Point x;
     for (std::size_t a = 0; a < 3; ++a) {
         const Component<const T> u = component(state.displacement, a);
@@ -31,7 +33,7 @@ Point Contact<T>::place(const RigidPose& pose, const Node& node, const State<T>&
 }
 
 template <class T>
-Point Contact<T>::velocity(const Node& node, const State<T>& state) const {
+[[gnu::always_inline]] inline Point Contact<T>::velocity(const Node& node, const State<T>& state) const {
     Point w;
     for (std::size_t a = 0; a < 3; ++a) {
         const Component<const T> v = component(state.velocity, a);
@@ -57,8 +59,9 @@ Point velocity_at(const RigidPose& pose, const Point& place) {
 /// side.
 template <class T>
 template <class Shape>
-bool Contact<T>::step_node(const Shape& shape, std::size_t o, const RigidPose& pose, std::size_t n, const Point& y,
-                           State<T>& state, const Step& step, Watch& watch) {
+[[gnu::always_inline]] inline bool Contact<T>::step_node(const Shape& shape, std::size_t o, const RigidPose& pose,
+                                                         std::size_t n, const Point& y, State<T>& state,
+                                                         const Step& step, Watch& watch) {
     const Obstacle& obstacle = obstacles_[o];
     const Node& node = nodes_[n];
     const Point ground = velocity_at(pose, y);

@@ -116,7 +116,7 @@ public:
     /// Whether this body is one that can.
     bool can_remove_cells() const;
     /// Replaces the obstacles, and the nodes that may touch them; none at all for no obstacles. What friction held is
-    /// let go. The step's limit becomes shorter: see critical_time_step(). Throws std::invalid_argument for nodes that
+    /// let go. No step becomes shorter by them. Throws std::invalid_argument for nodes that
     /// are not there or named twice, and for values that the structs do not allow. Nodes alone touch: an obstacle
     /// smaller than a cell slips between them.
     ///
@@ -181,9 +181,9 @@ public:
 
     PotentialEnergy potential_energy() const;
     double kinetic_energy() const;
-    /// A guaranteed lower bound (s) of the largest stable step near rest, with the body's obstacles and its springs
-    /// damped as they are: dt in dt^2 (omega^2 + sum of Obstacle::stiffness) + 2 dt stiffness_damping omega_s^2 = 4,
-    /// omega^2 and omega_s^2 bounds of the largest eigenvalues of M^-1 K with all forces and with the springs alone.
+    /// A guaranteed lower bound (s) of the largest stable step near rest, with the body's springs damped as they are:
+    /// dt in dt^2 omega^2 + 2 dt stiffness_damping omega_s^2 = 4, omega^2 and omega_s^2 bounds of the largest
+    /// eigenvalues of M^-1 K with all forces and with the springs alone. Obstacles make it no smaller.
     double critical_time_step() const;
     PlanDescription describe() const;
 
