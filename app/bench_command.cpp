@@ -12,10 +12,11 @@ using namespace hybmss;
 
 constexpr Benchmark kMatrix = {"", "", bench::step_benchmark};
 /// What is measured instead of the matrix. `hybmss-study bench` has more.
-constexpr std::array<Benchmark, 2> kInstead = {
+constexpr std::array<Benchmark, 3> kInstead = {
     {{"--price", "what a digit costs: error of the forces beside a step's time, by type and level of accuracy",
       bench::accuracy_benchmark},
-     {"--effects", "what each effect of a scene adds to the step", bench::effects_benchmark}}};
+     {"--effects", "what each effect of a scene adds to the step", bench::effects_benchmark},
+     {"--realtime", "the largest cubes that hold frames of 1/60 s and 1/1000 s", bench::realtime_benchmark}}};
 
 } // namespace
 

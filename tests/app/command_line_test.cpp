@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <thread>
 
@@ -135,6 +136,24 @@ TEST_F(CommandLine, price_of_a_digit_has_every_type_and_level) {
         EXPECT_GT(row.at("error_at_0.01"), 0.0) << row;
     }
     EXPECT_EQ(names.size(), 6U);
+}
+
+TEST_F(CommandLine, realtime_rows_hold_their_frames) {
+    expect_refused("bench --realtime --price", "at most 1");
+    expect_success("bench --realtime --quick --isa sse2 --filter 10mm/1000Hz/.*/float --json r.json");
+    const auto rows = nlohmann::json::parse(read_text(file("r.json"))).at("benchmarks");
+    ASSERT_EQ(rows.size(), 2U);
+    for (const auto& row : rows) {
+        const auto value = [&](const char* key) { return row.at(key).get<double>(); };
+        EXPECT_GE(value("edge"), 1) << row;
+        EXPECT_EQ(value("cells"), std::pow(value("edge"), 3)) << row;
+        // The cell's critical step by its speed of sound, 6.2 m/s, is some 1.6 ms; by its springs less.
+        EXPECT_GE(value("steps_a_frame"), 1) << row;
+        EXPECT_LE(value("steps_a_frame"), 4) << row;
+        EXPECT_LE(value("median_ms"), value("p99_ms")) << row;
+        EXPECT_LE(value("p99_ms"), value("frame_ms")) << "what does not hold is not reported: " << row;
+        EXPECT_LE(value("p99_ms"), value("worst_ms")) << row;
+    }
 }
 
 } // namespace
