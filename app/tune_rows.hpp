@@ -5,8 +5,10 @@
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
+#include "hybmss/network.hpp"
 #include "hybmss/simulation/simulation.hpp"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,9 +19,10 @@ struct TuneRow {
     std::string name;
     Lattice lattice;
     Material material;
-    bool as_network = false; ///< the body is the network made from the lattice
+    std::shared_ptr<const Network> network; ///< the body, where it is one, in place of the lattice
     Precision precision = Precision::float32;
     bool forces = false; ///< for ForcePlan; else for ExplicitDynamics
+    int threads = 0;     ///< the most; 0: those of the options
 };
 
 /// A scene's body.
@@ -30,17 +33,19 @@ TuneRow tune_row(const std::string& scene_name, const Lattice& lattice, const Ma
 /// lattices, and up to 2^16 nodes as networks with and without cells.
 std::vector<TuneRow> tune_matrix(const std::vector<Precision>& precisions, bool forces);
 
-/// The bodies that the tuner's choices are checked on: the meshes of Table 6 and a hollow ball of voxels, full HybMSS.
-std::vector<TuneRow> check_rows(const std::vector<Precision>& precisions, bool forces);
+/// The bodies that the tuner's choices are checked on, 10^2 to 10^6 cells, with one thread and, where `threads` is not
+/// one, with that many: boxes, plates, rods, hollow ones, cells scattered at random, tissues, and networks.
+std::vector<TuneRow> check_rows(const std::vector<Precision>& precisions, bool forces, int threads);
 
 struct ExhaustiveFigure {
     std::string name;
     double ns_per_cell_step;
 };
 
-/// Every candidate on the whole body, none dropped, in interleaved rounds; fastest first. `seconds` is for each of
-/// them. All of them are held at the same time, so the body should not be huge.
-std::vector<ExhaustiveFigure> time_exhaustively(const TuneRow& row, const PlanOptions& options, double seconds);
+/// Every candidate on the whole body, briefly and each by itself; then the fastest of them, and those `kept` by name,
+/// built anew, at length and in interleaved rounds: these, fastest first. `seconds` is for each of them.
+std::vector<ExhaustiveFigure> time_exhaustively(const TuneRow& row, const PlanOptions& options, double seconds,
+                                                const std::vector<std::string>& kept);
 
 /// The plan that the options make of a row's body.
 PlanDescription describe_plan(const TuneRow& row, const PlanOptions& options);

@@ -122,6 +122,8 @@ constexpr double kScratchBytes = 512e6;
 constexpr double kScreeningLimit = 1.5;
 constexpr double kScreeningShare = 0.3; // of the time
 constexpr double kSlice = 5e-3;         // s
+constexpr double kRaceShare = 0.3;      // of the time, for a race against the fixed choice on top
+constexpr std::size_t kLeastRaceRounds = 9;
 
 /// A candidate's body, with a state of its own and what a caller would bring.
 template <class T>
@@ -225,6 +227,27 @@ Candidate choose(const Timings& timings) {
     return *choice;
 }
 
+/// How many times as fast as the fixed choice a candidate is, by bodies built anew: what it won by the place of its
+/// memory or by the machine's mood, it does not win twice.
+template <class T>
+double race(const TunerSubject<T>& subject, const Candidate& fixed_choice, const Candidate& challenger,
+            Operation operation, double seconds) {
+    std::vector<Trial> trials;
+    for (const Candidate* candidate : {&fixed_choice, &challenger}) {
+        const auto body = std::make_shared<TimedBody<T>>(subject.make(fixed_options({}, *candidate)), operation);
+        trials.emplace_back([body](long steps) { return body->run(steps); });
+    }
+    Interleaved rounds(std::move(trials), kSlice);
+    std::vector<double> ratios;
+    const auto start = std::chrono::steady_clock::now();
+    while (ratios.size() < kLeastRaceRounds ||
+           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < seconds) {
+        const std::vector<double> round = rounds.next();
+        ratios.push_back(round[0] / round[1]);
+    }
+    return median(std::move(ratios));
+}
+
 /// `last`: no later timing of these candidates follows.
 void append_figures(const Timings& timings, std::size_t cells, bool last, std::vector<CandidateFigure>& figures) {
     for (std::size_t i = 0; i < timings.candidates.size(); ++i) {
@@ -290,6 +313,12 @@ WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>
     });
     append_figures(timings, piece.cells, true, entry.figures);
     entry.choice = choose(timings);
+    // The first of those that can be: a small body may not use the threads of the fixed choice.
+    if (const Candidate& fixed_choice = timings.candidates.front();
+        !(entry.choice == fixed_choice) &&
+        race(piece, fixed_choice, entry.choice, operation, kRaceShare * options.measure_seconds) < kGain) {
+        entry.choice = fixed_choice;
+    }
     std::stable_sort(entry.figures.begin(), entry.figures.end(), [](const auto& a, const auto& b) {
         return a.finalist != b.finalist ? a.finalist : a.ns_per_cell_step < b.ns_per_cell_step;
     });

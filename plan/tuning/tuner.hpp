@@ -28,11 +28,15 @@ std::vector<TrialTiming> time_in_rounds(const std::vector<Trial>& trials, double
 /// How far apart two figures must be to count as different.
 inline constexpr double kTie = 1.02;
 
+/// How many times as fast as the fixed choice another must be, in a race of its own, to take its place.
+inline constexpr double kGain = 1.03;
+
 /// The mean of the fastest quarter. Needs at least one value.
 double fastest_quarter_mean(std::vector<double> values);
 
 /// Times the candidates (at least one; the first is the fixed choice) on scratch state and takes the fastest: within
-/// 2 % of the best, the one with the fewest threads, then the one that comes first.
+/// 2 % of the best, the one with the fewest threads, then the one that comes first. It is the fixed choice unless that
+/// one is at least 3 % faster than it in a second race, on bodies built anew.
 ///
 /// A large body is timed in two stages: layouts, instruction sets and accuracies with one thread on a small piece, then
 /// what is at most 1.5 times behind there, with all thread counts, on a piece that still fits into memory many times.

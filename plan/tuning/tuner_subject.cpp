@@ -61,8 +61,8 @@ Index around_first_filled_cell(const Lattice& lattice, const Index& size) {
 /// What an estimate takes comes first.
 std::vector<std::string> layouts_of(const Lattice& lattice, const Material& material, const std::string& estimated) {
     std::vector<std::string> layouts = layouts_to_try(lattice, material);
-    const auto first = std::find(layouts.begin(), layouts.end(), estimated);
-    std::rotate(layouts.begin(), first, first == layouts.end() ? first : first + 1);
+    std::erase(layouts, estimated); // it may be none of those
+    layouts.insert(layouts.begin(), estimated);
     return layouts;
 }
 

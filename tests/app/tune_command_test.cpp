@@ -69,6 +69,8 @@ TEST_F(Tune, UsesTheCacheDirectory) {
     EXPECT_TRUE(std::filesystem::exists(directory.path() / "cache" / "hybmss" / "wisdom"));
     EXPECT_TRUE(holds(tuned.output, "1.000 times the best")) << tuned.output;
     EXPECT_TRUE(holds(tuned.output, "<- chosen")) << tuned.output;
+    EXPECT_TRUE(holds(tuned.output, "<- estimate")) << tuned.output;
+    EXPECT_TRUE(holds(tuned.output, "\nof 1: measure at most 3 % slower than estimate ")) << tuned.output;
     EXPECT_TRUE(holds(explained.output, "measured now")) << "forces are not steps: " << explained.output;
 }
 

@@ -200,6 +200,30 @@ TEST(Efforts, ALargeBodyIsScreenedFirst) {
     EXPECT_EQ(find(name(candidate_of(d.choice))), 1);
 }
 
+TEST(Efforts, WhatReplacesTheFixedChoiceMustWinTwice) {
+    const Lattice small = Lattice::box(4, 4, 4, 0.1), medium = Lattice::box(10, 10, 10, 0.1),
+                  large = Lattice::box(16, 16, 16, 0.1);
+    for (const bool wins_again : {true, false}) {
+        int made = 0;
+        const auto make = [&](const PlanOptions& options) {
+            const bool is_fixed = options.layout == "flat-rows";
+            return make_body<float>(is_fixed                    ? medium
+                                    : made++ == 0 || wins_again ? small
+                                                                : large,
+                                    full_material(), options);
+        };
+        const TunerSubject<float> subject{"", {}, medium.grid_node_count(), medium.cell_count(), make, {}};
+        PlanOptions options;
+        options.measure_seconds = 0.02;
+        const InstructionSet best = available_instruction_sets().back();
+        const WisdomEntry entry =
+            measure(subject, {{"flat-rows", best, Accuracy::accurate}, {"active-rows", best, Accuracy::accurate}},
+                    options, Operation::step);
+        EXPECT_EQ(entry.choice.layout, wins_again ? "active-rows" : "flat-rows");
+        EXPECT_EQ(made, 2);
+    }
+}
+
 TEST(Efforts, WisdomThatNamesNoCandidateIsNotTrusted) {
     const testing::Variable unforced("HYBMSS_ISA", nullptr);
     const Lattice lattice = Lattice::box(5, 5, 5, 0.1);
