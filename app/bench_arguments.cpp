@@ -1,7 +1,6 @@
 #include "app/bench_arguments.hpp"
 
 #include "app/command_line.hpp"
-#include "app/output_file.hpp"
 
 #include <iostream>
 

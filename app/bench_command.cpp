@@ -1,5 +1,5 @@
 #include "app/bench_arguments.hpp"
-#include "app/commands.hpp"
+#include "app/command_line.hpp"
 
 #include <CLI/CLI.hpp>
 

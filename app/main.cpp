@@ -1,5 +1,4 @@
 #include "app/command_line.hpp"
-#include "app/commands.hpp"
 #include "hybmss/version.hpp"
 
 int main(int argc, char** argv) {

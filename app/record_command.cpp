@@ -2,8 +2,6 @@
 // hybmss replay: this build's forces against such a file.
 
 #include "app/command_line.hpp"
-#include "app/commands.hpp"
-#include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
 #include "hybmss/record.hpp"
 #include "hybmss/simulation/simulation.hpp"

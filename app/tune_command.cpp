@@ -1,6 +1,4 @@
 #include "app/command_line.hpp"
-#include "app/commands.hpp"
-#include "app/output_file.hpp"
 #include "app/plan_arguments.hpp"
 #include "app/scene_report.hpp"
 #include "app/tune_rows.hpp"

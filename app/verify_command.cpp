@@ -1,6 +1,4 @@
 #include "app/command_line.hpp"
-#include "app/commands.hpp"
-#include "app/output_file.hpp"
 #include "app/verify/verify.hpp"
 
 #include <CLI/CLI.hpp>

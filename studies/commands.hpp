@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The commands of the hybmss-study program, by the same rules as those of hybmss (app/commands.hpp).
+/// The commands of the hybmss-study program, by the same rules as those of hybmss (app/command_line.hpp).
 
 namespace CLI {
 class App;

@@ -1,5 +1,4 @@
 #include "app/command_line.hpp"
-#include "app/output_file.hpp"
 #include "app/progress_line.hpp"
 #include "hybmss/version.hpp"
 #include "studies/calculix/program.hpp"
