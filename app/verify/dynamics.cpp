@@ -1,5 +1,4 @@
 #include "app/verify/bodies.hpp"
-#include "app/verify/node_array.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "reference/forces.hpp"

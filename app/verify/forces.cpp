@@ -1,5 +1,4 @@
 #include "app/verify/bodies.hpp"
-#include "app/verify/node_array.hpp"
 
 #include "hybmss/force_plan.hpp"
 #include "plan/bodies/layout_table.hpp"
