@@ -1,4 +1,4 @@
-#include "studies/calculix/files.hpp"
+#include "studies/calculix/program.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -1,7 +1,5 @@
 #include "studies/calculix/program.hpp"
 
-#include "studies/calculix/files.hpp"
-
 #include <unistd.h>
 
 #include <chrono>

@@ -1,11 +1,18 @@
 #pragma once
 
 /// \file
-/// CalculiX run as a program: `ccx`, where it is installed (Debian package calculix-ccx).
+/// CalculiX run as a program: `ccx`, where it is installed (Debian package calculix-ccx); the text files that it reads,
+/// and those in which it leaves its results.
 
 #include "studies/calculix/problem.hpp"
 
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <ostream>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace hybmss::calculix {
 
@@ -21,5 +28,22 @@ std::string version();
 /// Solves the problem on one thread, in a directory of its own under the system's temporary one, which is removed.
 /// Throws std::runtime_error in one line where ccx is not installed or fails.
 Solution solve(const Problem& problem);
+
+// ---- its files
+/// Nodes and elements are numbered from 1. One step, *STATIC with its default increments; displacements of all nodes
+/// and forces on the supported ones are printed at its end.
+void write_deck(const Problem& problem, std::ostream& out);
+
+/// The last table of vectors in a .dat file whose heading begins with `heading` ("displacements", "forces"), one entry
+/// for each of `nodes` nodes; zero where a node is not listed. Throws std::runtime_error where there is no such table,
+/// or a node out of range in it.
+std::vector<std::array<double, 3>> read_node_table(const std::filesystem::path& path, std::string_view heading,
+                                                   std::size_t nodes);
+
+/// Newton iterations of all increments, from a .sta file; 0 where it does not exist.
+int read_iterations(const std::filesystem::path& path);
+
+/// The first complaint in what the program printed, in one line; "" without any.
+std::string read_complaint(const std::filesystem::path& path);
 
 } // namespace hybmss::calculix

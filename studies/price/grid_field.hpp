@@ -3,7 +3,7 @@
 /// \file
 /// Displacements on the nodes of a box of cells, carried to finer grids and compared there.
 
-#include "studies/calculix/brick_mesh.hpp"
+#include "studies/calculix/problem.hpp"
 
 #include <array>
 #include <cstddef>

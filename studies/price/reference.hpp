@@ -5,7 +5,7 @@
 /// solution converges to, from fine meshes.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "studies/calculix/brick_mesh.hpp"
+#include "studies/calculix/problem.hpp"
 #include "studies/paper/experiment.hpp"
 #include "studies/price/grid_field.hpp"
 

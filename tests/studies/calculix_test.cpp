@@ -1,6 +1,5 @@
 /// CalculiX as a program: what it is asked, what is read back, and one solve where it is installed.
 
-#include "studies/calculix/files.hpp"
 #include "studies/calculix/problem.hpp"
 #include "studies/calculix/program.hpp"
 #include "studies/paper/experiment.hpp"
