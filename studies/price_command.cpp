@@ -3,9 +3,7 @@
 #include "hybmss/version.hpp"
 #include "studies/calculix/program.hpp"
 #include "studies/commands.hpp"
-#include "studies/price/solution_tables.hpp"
-#include "studies/price/time_steps.hpp"
-#include "studies/price/wish_cases.hpp"
+#include "studies/price/price_tables.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -1,8 +1,7 @@
-#include "studies/paper/manufactured.hpp"
+#include "studies/paper/tables.hpp"
 
 #include "hybmss/equilibrium.hpp"
 #include "simulation/geometry/cell_volume.hpp"
-#include "studies/paper/tables.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "studies/paper/printed_figures.hpp"
+#include "studies/paper/figures.hpp"
 
 #include <cmath>
 

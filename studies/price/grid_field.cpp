@@ -1,4 +1,4 @@
-#include "studies/price/grid_field.hpp"
+#include "studies/price/reference.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
-#include "studies/price/solution_tables.hpp"
+#include "studies/price/price_tables.hpp"
 
-#include "studies/paper/manufactured.hpp"
+#include "studies/paper/tables.hpp"
 
 #include <fmt/format.h>
 

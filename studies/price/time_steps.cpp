@@ -1,4 +1,4 @@
-#include "studies/price/time_steps.hpp"
+#include "studies/price/price_tables.hpp"
 
 #include "studies/paper/experiment.hpp"
 
@@ -43,13 +43,13 @@ struct Motion {
 };
 
 /// What moves the beam, and how.
-struct Way {
+struct Stepping {
     SolverMethod method;
     Precision precision;
     bool damped = false;
 };
 
-Motion move(const Way& way, int steps_between_samples) {
+Motion move(const Stepping& way, int steps_between_samples) {
     Scene scene = falling_beam();
     scene.solver.method = way.method;
     scene.solver.time_step = period(scene) / (kSamplesPerPeriod * steps_between_samples);
@@ -96,7 +96,7 @@ Field combined(double s, const Field& a, double t, const Field& b) {
 }
 
 std::vector<Field> limit(int steps_between_samples, bool damped) {
-    const Way way{SolverMethod::leapfrog, Precision::float64, damped};
+    const Stepping way{SolverMethod::leapfrog, Precision::float64, damped};
     const Motion coarse = move(way, steps_between_samples), fine = move(way, 2 * steps_between_samples);
     std::vector<Field> fields;
     for (std::size_t s = 0; s < fine.displacements.size(); ++s) {
@@ -132,19 +132,19 @@ std::vector<TimeStepPoint> measure_time_steps(int halvings, const std::function<
     progress("time steps: the limit");
     const std::vector<Field> references[] = {limit(largest << halvings, false), limit(largest << halvings, true)};
 
-    constexpr Way kWays[] = {{SolverMethod::symplectic_euler, Precision::float64},
-                             {SolverMethod::symplectic_euler, Precision::float32},
-                             {SolverMethod::symplectic_euler, Precision::float64, true},
-                             {SolverMethod::leapfrog, Precision::float64},
-                             {SolverMethod::leapfrog, Precision::float32},
-                             {SolverMethod::leapfrog, Precision::float64, true},
-                             {SolverMethod::backward_euler, Precision::float64},
-                             {SolverMethod::backward_euler, Precision::float32}};
+    constexpr Stepping kWays[] = {{SolverMethod::symplectic_euler, Precision::float64},
+                                  {SolverMethod::symplectic_euler, Precision::float32},
+                                  {SolverMethod::symplectic_euler, Precision::float64, true},
+                                  {SolverMethod::leapfrog, Precision::float64},
+                                  {SolverMethod::leapfrog, Precision::float32},
+                                  {SolverMethod::leapfrog, Precision::float64, true},
+                                  {SolverMethod::backward_euler, Precision::float64},
+                                  {SolverMethod::backward_euler, Precision::float32}};
     std::vector<TimeStepPoint> points;
     for (int halving = 0; halving < halvings; ++halving) {
         const std::size_t first = points.size();
         std::vector<int> counts;
-        for (const Way& way : kWays) {
+        for (const Stepping& way : kWays) {
             // The implicit one begins at an eighth of a period.
             counts.push_back(explicit_in_time(way.method) ? largest << halving : 1 << halving);
             TimeStepPoint& point = points.emplace_back();

@@ -1,4 +1,4 @@
-#include "studies/price/wish_cases.hpp"
+#include "studies/price/price_tables.hpp"
 
 #include "simulation/accuracy/mesh_convergence.hpp"
 

@@ -1,4 +1,4 @@
-#include "studies/stability/weakest_wave.hpp"
+#include "studies/stability/stability_map.hpp"
 
 #include "reference/homogeneous_lattice.hpp"
 

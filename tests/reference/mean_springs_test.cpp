@@ -193,7 +193,7 @@ void for_each_wave(const Visit& visit) {
 }
 
 TEST(MeanSprings, WavesAreHeldUnderLargeStrain) {
-    // Relative to a plain grid of stiffness G, as the stability map has it (studies/stability/weakest_wave.hpp).
+    // Relative to a plain grid of stiffness G, as the stability map has it (studies/stability/stability_map.hpp).
     const auto least = [](const Material& m, SpringForm form, const Vector3d& stretches) {
         double weakest = 1;
         const reference::HomogeneousLattice lattice(with_springs_on(form, m), stretches.asDiagonal());

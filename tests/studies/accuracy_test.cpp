@@ -2,7 +2,7 @@
 
 #include "hybmss/simulation/solve_to_accuracy.hpp"
 #include "simulation/accuracy/mesh_convergence.hpp"
-#include "studies/price/wish_cases.hpp"
+#include "studies/price/price_tables.hpp"
 #include "tests/program.hpp"
 
 #include <gtest/gtest.h>

@@ -2,8 +2,6 @@
 
 #include "studies/paper/experiment.hpp"
 #include "studies/paper/figures.hpp"
-#include "studies/paper/manufactured.hpp"
-#include "studies/paper/printed_figures.hpp"
 #include "studies/paper/tables.hpp"
 #include "tests/program.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "simulation/accuracy/mesh_convergence.hpp"
 #include "studies/price/points.hpp"
-#include "studies/price/time_steps.hpp"
+#include "studies/price/price_tables.hpp"
 
 #include <gtest/gtest.h>
 
