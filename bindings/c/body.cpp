@@ -1,6 +1,5 @@
-#include "bindings/c/body.hpp"
+#include "bindings/c/arguments.hpp"
 
-#include "bindings/c/status.hpp"
 #include "layouts/messages.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "bindings/c/fields.hpp"
 
-#include "bindings/c/status.hpp"
+#include "bindings/c/arguments.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,7 +1,5 @@
-#include "bindings/c/body.hpp"
+#include "bindings/c/arguments.hpp"
 #include "bindings/c/fields.hpp"
-#include "bindings/c/options.hpp"
-#include "bindings/c/status.hpp"
 #include "hybmss/force_plan.hpp"
 
 #include <algorithm>

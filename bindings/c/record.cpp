@@ -1,9 +1,7 @@
 #include "hybmss/record.hpp"
 
-#include "bindings/c/body.hpp"
+#include "bindings/c/arguments.hpp"
 #include "bindings/c/fields.hpp"
-#include "bindings/c/options.hpp"
-#include "bindings/c/status.hpp"
 
 #include <cmath>
 #include <cstdio>

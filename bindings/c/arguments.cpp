@@ -1,5 +1,6 @@
-#include "bindings/c/status.hpp"
+#include "bindings/c/arguments.hpp"
 
+#include "hybmss/allocator.hpp"
 #include "hybmss/record.hpp"
 #include "hybmss/version.hpp"
 
@@ -9,6 +10,7 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <string>
 
 namespace {
 
@@ -18,6 +20,30 @@ thread_local char last_error[1024] = "";
 } // namespace
 
 namespace hybmss::c_interface {
+namespace {
+
+bool truth(int value, const char* name) {
+    if (value != 0 && value != 1) {
+        throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
+                                    " is not allowed: it must be 0 or 1");
+    }
+    return value == 1;
+}
+
+Accuracy given_accuracy(hybmss_accuracy accuracy) {
+    switch (accuracy) {
+    case HYBMSS_ACCURATE:
+        return Accuracy::accurate;
+    case HYBMSS_EXACT:
+        return Accuracy::exact;
+    case HYBMSS_FAST:
+        return Accuracy::fast;
+    }
+    throw std::invalid_argument("accuracy = " + std::to_string(accuracy) +
+                                " is not allowed: it must be 0 (HYBMSS_ACCURATE), 1 (HYBMSS_EXACT) or 2 (HYBMSS_FAST)");
+}
+
+} // namespace
 
 hybmss_status fail(hybmss_status status, const char* message) noexcept {
     std::snprintf(last_error, sizeof last_error, "%s", message);
@@ -66,6 +92,32 @@ void require_count(std::size_t given, std::size_t wanted, const char* name) {
     }
 }
 
+GivenOptions::GivenOptions(const hybmss_plan_options* given) {
+    if (!given) {
+        return;
+    }
+    if (given->instruction_set) {
+        options.instruction_set = parse_instruction_set(given->instruction_set);
+    }
+    options.layout = given->layout ? given->layout : "";
+    options.accuracy = given_accuracy(given->accuracy);
+    options.threads = given->threads;
+    options.effort = truth(given->measure, "measure") ? Effort::measure : Effort::estimate;
+    if (given->task_runner) {
+        runner = {given->task_runner->threads, given->task_runner->enqueue, given->task_runner->finish,
+                  given->task_runner->user};
+        options.task_runner = &runner;
+    }
+}
+
+bool is_double(hybmss_precision precision, const char* name) {
+    if (precision != HYBMSS_FLOAT && precision != HYBMSS_DOUBLE) {
+        throw std::invalid_argument(std::string(name) + " = " + std::to_string(precision) +
+                                    " is not allowed: it must be 0 (HYBMSS_FLOAT) or 1 (HYBMSS_DOUBLE)");
+    }
+    return precision == HYBMSS_DOUBLE;
+}
+
 } // namespace hybmss::c_interface
 
 extern "C" {
@@ -95,6 +147,17 @@ const char* hybmss_last_error(void) {
 
 const char* hybmss_version(void) {
     return hybmss::kVersion;
+}
+
+hybmss_plan_options hybmss_default_plan_options(void) {
+    return {nullptr, nullptr, HYBMSS_ACCURATE, 0, 0, nullptr};
+}
+
+hybmss_status hybmss_set_allocator(const hybmss_allocator* allocator) {
+    return hybmss::c_interface::guarded([&] {
+        hybmss::set_allocator(allocator ? hybmss::Allocator{allocator->allocate, allocator->release, allocator->user}
+                                        : hybmss::Allocator{});
+    });
 }
 
 } // extern "C"

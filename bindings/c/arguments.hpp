@@ -1,9 +1,18 @@
 #pragma once
 
+/// \file
+/// What callers give, in the library's words, and the status that they get back.
+
 #include "hybmss/hybmss.h"
+#include "hybmss/lattice.hpp"
+#include "hybmss/material.hpp"
+#include "hybmss/network.hpp"
+#include "hybmss/plan_options.hpp"
+#include "hybmss/task_runner.hpp"
 
 #include <cstddef>
 #include <string>
+#include <variant>
 
 namespace hybmss::c_interface {
 
@@ -36,4 +45,32 @@ void require(const T* pointer, const char* name, std::size_t count) {
 /// Throws std::invalid_argument unless given == wanted.
 void require_count(std::size_t given, std::size_t wanted, const char* name);
 
+/// Options in the library's words, and what they point to. Not to be moved.
+struct GivenOptions {
+    /// Null: the defaults. Throws std::invalid_argument.
+    explicit GivenOptions(const hybmss_plan_options* given);
+    GivenOptions(const GivenOptions&) = delete;
+    GivenOptions& operator=(const GivenOptions&) = delete;
+
+    TaskRunner runner;
+    PlanOptions options;
+};
+
+/// Throws std::invalid_argument for a number that names none. True for double.
+bool is_double(hybmss_precision precision, const char* name);
+
+struct LatticeBody {
+    Lattice lattice;
+    Material material;
+};
+
+/// Throw std::invalid_argument for a number that names none.
+VolumeEnergy volume_energy(hybmss_volume_energy number);
+Material material(const hybmss_material* given);
+
 } // namespace hybmss::c_interface
+
+struct hybmss_body {
+    std::variant<hybmss::c_interface::LatticeBody, hybmss::Network> shape;
+    std::size_t node_count;
+};
