@@ -1,6 +1,6 @@
 #include "app/scene_report.hpp"
 
-#include "simulation/geometry/cell_parts.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "simulation/run/memory.hpp"
 
 #include <fmt/format.h>

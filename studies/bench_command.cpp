@@ -4,7 +4,7 @@
 #include "bench/interleaved.hpp"
 #include "hybmss/equilibrium.hpp"
 #include "plan/bodies/layout_table.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "solvers/multigrid/float_multigrid.hpp"
 #include "solvers/newton/conjugate_gradients.hpp"
 #include "solvers/newton/preconditioner.hpp"

@@ -1,7 +1,5 @@
 #include "plan/threads/helper_threads.hpp"
 
-#include "plan/threads/spin_wait.hpp"
-
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>

@@ -1,7 +1,5 @@
 #include "plan/threads/staged_run.hpp"
 
-#include "plan/threads/spin_wait.hpp"
-
 #include <algorithm>
 #include <thread>
 #include <utility>

@@ -1,7 +1,7 @@
 #include "simulation/results/results.hpp"
 
 #include "layouts/messages.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "simulation/results/vtu_file.hpp"
 #include "simulation/scene/scene_body.hpp"
 

@@ -1,7 +1,7 @@
 #include "simulation/run/boundary_conditions.hpp"
 
 #include "layouts/messages.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 
 #include <algorithm>
 #include <cmath>

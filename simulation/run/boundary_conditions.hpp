@@ -1,8 +1,9 @@
 #pragma once
 
 /// \file
-/// The nodes that a scene fixes, moves and loads, and how what it moves travels.
+/// The nodes that a scene fixes, moves and loads, its obstacles, and how what it moves travels.
 
+#include "hybmss/contact.hpp"
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/simulation/scene.hpp"
 #include "simulation/scene/scene_body.hpp"
@@ -126,5 +127,38 @@ std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector
 /// Returns "", or what happened. Looks at plates that lie in one layer of nodes across the axis of their rotation, and
 /// at what is held fast like them.
 std::string lost_turns(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> displacements);
+
+/// A scene's obstacles made concrete for one body.
+class Obstacles {
+public:
+    /// `body_time_step`: the body's own critical one, s. Throws SceneError where the method or an obstacle's size does
+    /// not allow contact.
+    Obstacles(const Scene& scene, double body_time_step);
+
+    bool empty() const { return obstacles_.empty(); }
+    /// As at time 0, with stiffnesses above 0.
+    std::span<const Obstacle> at_start() const { return obstacles_; }
+    /// When the last motion has come to its end, s: never, where one has a constant velocity.
+    double end_of_motion() const { return end_of_motion_; }
+    /// Velocities are from now on those that lead to where they are a step later.
+    void set_time_step(double time_step) { time_step_ = time_step; }
+    /// Where they are at a time. Valid until the next call.
+    std::span<const RigidPose> at(double time);
+    /// The angles by which they have turned at the time of the last at(), rad, as vectors along their axes.
+    std::span<const Vector3> angles() const { return angles_; }
+    std::span<const RigidPose> poses() const { return poses_; }
+
+    /// m: a cell, or half the way to the middle of the obstacle, where nodes are stopped.
+    double greatest_good_depth(std::size_t obstacle) const;
+
+private:
+    std::vector<SceneObstacle> entries_;
+    double cell_size_;
+    std::vector<Obstacle> obstacles_;
+    std::vector<RigidPose> poses_;
+    std::vector<Vector3> angles_;
+    double end_of_motion_ = 0;
+    double time_step_ = 0;
+};
 
 } // namespace hybmss

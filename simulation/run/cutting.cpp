@@ -1,6 +1,6 @@
 #include "simulation/run/cutting.hpp"
 
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
 #include <algorithm>

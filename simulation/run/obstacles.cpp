@@ -1,4 +1,4 @@
-#include "simulation/run/obstacles.hpp"
+#include "simulation/run/boundary_conditions.hpp"
 
 #include <algorithm>
 #include <cmath>

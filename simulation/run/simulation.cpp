@@ -1,7 +1,7 @@
 #include "hybmss/simulation/simulation.hpp"
 
 #include "layouts/messages.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
 #include <algorithm>

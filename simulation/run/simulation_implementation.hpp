@@ -9,7 +9,6 @@
 #include "simulation/run/boundary_conditions.hpp"
 #include "simulation/run/cutting.hpp"
 #include "simulation/run/energy_meter.hpp"
-#include "simulation/run/obstacles.hpp"
 #include "simulation/run/readings.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "studies/paper/figures.hpp"
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "simulation/run/readings.hpp"
 #include "simulation/scene/scene_body.hpp"
 #include "studies/calculix/problem.hpp"

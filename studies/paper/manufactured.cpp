@@ -1,7 +1,7 @@
 #include "studies/paper/tables.hpp"
 
 #include "hybmss/equilibrium.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "studies/price/reference.hpp"
 
 #include "simulation/accuracy/mesh_convergence.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "simulation/run/readings.hpp"
 #include "simulation/scene/scene_body.hpp"
 #include "studies/calculix/problem.hpp"

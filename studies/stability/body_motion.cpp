@@ -1,6 +1,6 @@
 #include "studies/stability/body_motion.hpp"
 
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 
 #include <Eigen/Geometry>
 

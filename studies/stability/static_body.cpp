@@ -2,7 +2,7 @@
 
 #include "reference/body.hpp"
 #include "reference/forces.hpp"
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 
 #include <Eigen/Dense>
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 /// Scenes whose cells come from voxel files: the same body as a box of cells, labels, parts, and what is refused.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "simulation/geometry/cell_parts.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "tests/program.hpp"
 #include "tests/simulation/voxel_samples.hpp"
 #include "tests/simulation/vtu_array.hpp"

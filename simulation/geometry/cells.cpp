@@ -1,9 +1,38 @@
-#include "simulation/geometry/cell_volume.hpp"
+#include "simulation/geometry/cells.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace hybmss {
+namespace {
+
+/// Filled cells begin <= i < end of one row along x; `parent` leads towards the first run of its part.
+struct Run {
+    int begin, end;
+    std::size_t parent;
+};
+
+std::size_t root_of(std::vector<Run>& runs, std::size_t run) {
+    while (runs[run].parent != run) {
+        runs[run].parent = runs[runs[run].parent].parent;
+        run = runs[run].parent;
+    }
+    return run;
+}
+
+/// Joins the runs of two rows, given as ranges of run numbers, where they overlap.
+void join(std::vector<Run>& runs, std::size_t a, std::size_t a_end, std::size_t b, std::size_t b_end) {
+    while (a < a_end && b < b_end) {
+        if (runs[a].begin < runs[b].end && runs[b].begin < runs[a].end) {
+            const std::size_t root_a = root_of(runs, a), root_b = root_of(runs, b);
+            runs[std::max(root_a, root_b)].parent = std::min(root_a, root_b);
+        }
+        ++(runs[a].end < runs[b].end ? a : b);
+    }
+}
+
+} // namespace
 
 std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
     const std::vector<std::uint32_t> nodes = lattice.nodes();
@@ -75,6 +104,43 @@ VolumeChange measure_volume_change(std::span<const std::array<double, 3>> displa
         return {};
     }
     return {std::abs(sum) / static_cast<double>(cells.size()), 1 + low, 1 + high};
+}
+
+std::vector<std::size_t> cell_parts(const Lattice& lattice) {
+    const auto [nx, ny, nz] = lattice.cells();
+    const auto rows_a_layer = static_cast<std::size_t>(ny);
+    std::vector<Run> runs;
+    std::vector<std::size_t> first = {0}; // of each row's runs, and one past the last row's
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                if (!(lattice.cell_scale(i, j, k) > 0)) {
+                    continue;
+                }
+                const int begin = i;
+                while (i < nx && lattice.cell_scale(i, j, k) > 0) {
+                    ++i;
+                }
+                runs.push_back({begin, i, runs.size()});
+            }
+            first.push_back(runs.size());
+            const std::size_t row = first.size() - 2;
+            if (j > 0) {
+                join(runs, first[row - 1], first[row], first[row], first[row + 1]);
+            }
+            if (k > 0) {
+                const std::size_t below = row - rows_a_layer;
+                join(runs, first[below], first[below + 1], first[row], first[row + 1]);
+            }
+        }
+    }
+    std::vector<std::size_t> cells(runs.size(), 0);
+    for (std::size_t run = 0; run < runs.size(); ++run) {
+        cells[root_of(runs, run)] += static_cast<std::size_t>(runs[run].end - runs[run].begin);
+    }
+    std::erase(cells, 0u);
+    std::sort(cells.begin(), cells.end(), std::greater<>());
+    return cells;
 }
 
 } // namespace hybmss

@@ -1,11 +1,13 @@
 #pragma once
 
 /// \file
-/// Volumes of deformed cells.
+/// A body's cells: their corners and labels, the parts that they make up, and their volumes where they are deformed.
 
+#include "hybmss/lattice.hpp"
 #include "hybmss/simulation/simulation.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -26,5 +28,10 @@ double volume_ratio_minus_one(std::span<const std::array<double, 3>> displacemen
 
 VolumeChange measure_volume_change(std::span<const std::array<double, 3>> displacement,
                                    std::span<const std::array<std::uint32_t, 8>> cells, double cell_size);
+
+/// The numbers of cells of the body's parts, largest first. Cells are of one part where a path through shared faces
+/// leads from one to the other; cells that share only an edge or a corner hang together as by a hinge, so they count
+/// as apart. Time in proportion to the grid's cells, memory to the runs of filled cells along x.
+std::vector<std::size_t> cell_parts(const Lattice& lattice);
 
 } // namespace hybmss
