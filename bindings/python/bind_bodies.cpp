@@ -1,7 +1,10 @@
+// import hybmss: the module, and the bodies in it.
+
 #include "bindings.hpp"
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
+#include "hybmss/version.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -94,3 +97,13 @@ void bind_bodies(py::module_& module) {
 }
 
 } // namespace hybmss::python
+
+PYBIND11_MODULE(hybmss, module) {
+    module.doc() =
+        "Elastic bodies as hybrid mass-spring systems: forces and energies over NumPy arrays, motion, scenes.";
+    module.attr("__version__") = hybmss::kVersion;
+    hybmss::python::bind_bodies(module);
+    hybmss::python::bind_plans(module);
+    hybmss::python::bind_dynamics(module);
+    hybmss::python::bind_simulation(module);
+}

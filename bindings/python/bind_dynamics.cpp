@@ -1,5 +1,4 @@
 #include "bindings.hpp"
-#include "numpy_fields.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
 
@@ -14,9 +13,6 @@
 #include <vector>
 
 namespace hybmss::python {
-
-PlanOptions plan_options(int threads, const std::string& layout, const std::string& instruction_set,
-                         const std::string& accuracy, const std::string& effort);
 
 namespace {
 

@@ -1,5 +1,4 @@
 #include "bindings.hpp"
-#include "numpy_fields.hpp"
 
 #include "hybmss/force_plan.hpp"
 

@@ -1,5 +1,4 @@
 #include "bindings.hpp"
-#include "numpy_fields.hpp"
 
 #include "hybmss/record.hpp"
 #include "hybmss/simulation/simulation.hpp"
