@@ -4,9 +4,16 @@
 /// HybMSS bodies in a btDeformableMultiBodyDynamicsWorld, through Bullet's own interface for forces of deformable
 /// bodies.
 
-#include "integrations/bullet/bullet.hpp"
-
 #include "hybmss/force_plan.hpp"
+
+// Bullet's headers do not compile without warnings, so they come in as system headers (CMakeLists.txt).
+#include <BulletSoftBody/btDeformableBodySolver.h>
+#include <BulletSoftBody/btDeformableLagrangianForce.h>
+#include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
+#include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
+#include <BulletSoftBody/btSoftBody.h>
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <btBulletDynamicsCommon.h>
 
 #include <memory>
 #include <vector>

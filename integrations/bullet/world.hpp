@@ -2,7 +2,7 @@
 
 // A deformable world of Bullet with all that it needs to live.
 
-#include "integrations/bullet/bullet.hpp"
+#include "integrations/bullet/hybmss_force.hpp"
 
 #include <array>
 #include <memory>
