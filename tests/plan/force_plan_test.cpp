@@ -3,12 +3,12 @@
 #include "tests/environment.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/random_bodies.hpp"
+#include "tests/refusal.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
-#include <functional>
 #include <limits>
 #include <new>
 #include <stdexcept>
@@ -38,14 +38,7 @@ thread_local long allocations = 0;
 namespace hybmss {
 namespace {
 
-std::string refusal(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "";
-}
+using testing::refusal;
 
 TEST(ForcePlan, AddsToAnyMemoryPicture) {
     testing::Random random(3);

@@ -2,7 +2,7 @@
 
 #include "hybmss/simulation/simulation.hpp"
 #include "tests/program.hpp"
-#include "tests/simulation/vtu_array.hpp"
+#include "tests/simulation/files.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -4,7 +4,7 @@
 /// Small scenes at random, as the text that a user might write, and ways to damage a text.
 
 #include "tests/random_bodies.hpp"
-#include "tests/simulation/voxel_samples.hpp"
+#include "tests/simulation/files.hpp"
 
 #include "layouts/messages.hpp"
 

@@ -8,8 +8,8 @@
 #include "reference/forces.hpp"
 #include "simulation/run/boundary_conditions.hpp"
 #include "tests/program.hpp"
+#include "tests/simulation/files.hpp"
 #include "tests/simulation/random_scenes.hpp"
-#include "tests/simulation/vtu_array.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>

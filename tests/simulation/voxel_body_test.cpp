@@ -3,8 +3,7 @@
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/geometry/cells.hpp"
 #include "tests/program.hpp"
-#include "tests/simulation/voxel_samples.hpp"
-#include "tests/simulation/vtu_array.hpp"
+#include "tests/simulation/files.hpp"
 
 #include <algorithm>
 #include <cmath>

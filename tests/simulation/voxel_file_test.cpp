@@ -1,7 +1,7 @@
 /// Voxel files: every format, order and endianness gives the same cells; damaged ones say what is wrong.
 
 #include "simulation/geometry/voxel_grid.hpp"
-#include "tests/simulation/voxel_samples.hpp"
+#include "tests/simulation/files.hpp"
 
 #include <cmath>
 #include <random>

@@ -1,18 +1,19 @@
 #pragma once
 
 /// \file
-/// Voxel files written by hand, in every order and endianness.
+/// Voxel files written by hand, in every order and endianness, and the arrays of .vtu files read back.
+
+#include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <gtest/gtest.h>
-#include <zlib.h>
 
 namespace hybmss::test {
 
@@ -101,6 +102,22 @@ inline std::string gzipped(const std::string& bytes) {
     packed.resize(stream.total_out);
     deflateEnd(&stream);
     return packed;
+}
+
+/// The appended array `name` of a .vtu file.
+template <class T>
+std::vector<T> vtu_array(const std::string& vtu, const std::string& name) {
+    const std::size_t declared = vtu.find("Name=\"" + name + "\"");
+    EXPECT_NE(declared, std::string::npos) << name;
+    const std::size_t offset_at = vtu.find("offset=\"", declared) + 8;
+    const std::size_t offset = std::stoul(vtu.substr(offset_at));
+    const char* const kStart = "<AppendedData encoding=\"raw\">\n_";
+    const char* data = vtu.data() + vtu.find(kStart) + std::strlen(kStart) + offset;
+    std::uint64_t bytes = 0;
+    std::memcpy(&bytes, data, sizeof bytes);
+    std::vector<T> values(bytes / sizeof(T));
+    std::memcpy(values.data(), data + sizeof bytes, bytes);
+    return values;
 }
 
 } // namespace hybmss::test
