@@ -11,7 +11,7 @@
 #include "hybmss/task_runner.hpp"
 
 #include <cstddef>
-#include <string>
+#include <memory>
 #include <variant>
 
 namespace hybmss::c_interface {
@@ -74,3 +74,45 @@ struct hybmss_body {
     std::variant<hybmss::c_interface::LatticeBody, hybmss::Network> shape;
     std::size_t node_count;
 };
+
+namespace hybmss::c_interface {
+
+/// A ForcePlan or an ExplicitDynamics of the body.
+template <class Planned>
+Planned made_of(const hybmss_body& body, const PlanOptions& options) {
+    if (const auto* shape = std::get_if<LatticeBody>(&body.shape)) {
+        return Planned(shape->lattice, shape->material, options);
+    }
+    return Planned(std::get<Network>(body.shape), options);
+}
+
+// Handles of what is made of a body: `held` is a Held<float> or a Held<double>.
+
+template <template <class> class Held, class Handle>
+hybmss_status create(const hybmss_body* body, hybmss_precision precision, const hybmss_plan_options* options,
+                     Handle** handle, const char* name) noexcept {
+    return guarded([&] {
+        require(handle, name);
+        require(body, "body");
+        const bool wide = is_double(precision, "precision");
+        const GivenOptions given(options);
+        auto made = std::make_unique<Handle>();
+        if (wide) {
+            made->held = std::make_unique<Held<double>>(*body, given.options);
+        } else {
+            made->held = std::make_unique<Held<float>>(*body, given.options);
+        }
+        *handle = made.release();
+    });
+}
+
+/// Runs work(what the handle holds) where no exception gets out.
+template <class Handle, class Work>
+hybmss_status guarded(Handle* handle, const char* name, const Work& work) noexcept {
+    return guarded([&] {
+        require(handle, name);
+        std::visit([&](const auto& held) { work(*held); }, handle->held);
+    });
+}
+
+} // namespace hybmss::c_interface

@@ -3,11 +3,9 @@
 #include "hybmss/explicit_dynamics.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace hybmss::c_interface {
@@ -18,7 +16,7 @@ struct Moving {
     ExplicitDynamics<T> body;
     mutable Scratch<T> scratch;
 
-    explicit Moving(ExplicitDynamics<T> made) : body(std::move(made)) {}
+    Moving(const hybmss_body& shape, const PlanOptions& options) : body(made_of<ExplicitDynamics<T>>(shape, options)) {}
 
     /// get(view) writes the view.
     template <class Get>
@@ -35,14 +33,6 @@ struct Moving {
         set(Input<T>(*in, body.node_count(), scratch).view());
     }
 };
-
-template <class T>
-std::unique_ptr<Moving<T>> moving(const hybmss_body& body, const PlanOptions& options) {
-    if (const auto* shape = std::get_if<LatticeBody>(&body.shape)) {
-        return std::make_unique<Moving<T>>(ExplicitDynamics<T>(shape->lattice, shape->material, options));
-    }
-    return std::make_unique<Moving<T>>(ExplicitDynamics<T>(std::get<Network>(body.shape), options));
-}
 
 PrescribedNode prescribed_node(const hybmss_prescribed_node& given) {
     if (given.axes > 7) {
@@ -62,31 +52,14 @@ using namespace hybmss;
 using namespace hybmss::c_interface;
 
 struct hybmss_dynamics {
-    std::variant<std::unique_ptr<Moving<float>>, std::unique_ptr<Moving<double>>> moving;
-
-    template <class Visit>
-    void visit(const Visit& visit) const {
-        std::visit([&](const auto& pointer) { visit(*pointer); }, moving);
-    }
+    std::variant<std::unique_ptr<Moving<float>>, std::unique_ptr<Moving<double>>> held;
 };
 
 extern "C" {
 
 hybmss_status hybmss_dynamics_create(const hybmss_body* body, hybmss_precision precision,
                                      const hybmss_plan_options* options, hybmss_dynamics** dynamics) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        require(body, "body");
-        const bool wide = is_double(precision, "precision");
-        const GivenOptions given(options);
-        auto made = std::make_unique<hybmss_dynamics>();
-        if (wide) {
-            made->moving = moving<double>(*body, given.options);
-        } else {
-            made->moving = moving<float>(*body, given.options);
-        }
-        *dynamics = made.release();
-    });
+    return create<Moving>(body, precision, options, dynamics, "dynamics");
 }
 
 void hybmss_dynamics_destroy(hybmss_dynamics* dynamics) {
@@ -94,37 +67,31 @@ void hybmss_dynamics_destroy(hybmss_dynamics* dynamics) {
 }
 
 hybmss_status hybmss_dynamics_prescribe(hybmss_dynamics* dynamics, const hybmss_prescribed_node* nodes, size_t count) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
         require(nodes, "nodes", count);
         std::vector<PrescribedNode> prescribed;
         std::transform(nodes, nodes + count, std::back_inserter(prescribed), prescribed_node);
-        dynamics->visit([&](auto& moving) { moving.body.prescribe(prescribed); });
+        moving.body.prescribe(prescribed);
     });
 }
 
 hybmss_status hybmss_dynamics_load(hybmss_dynamics* dynamics, const hybmss_nodal_load* loads, size_t count) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
         require(loads, "loads", count);
         std::vector<NodalLoad> given;
         std::transform(loads, loads + count, std::back_inserter(given), [](const hybmss_nodal_load& load) {
             return NodalLoad{load.node, {load.force[0], load.force[1], load.force[2]}};
         });
-        dynamics->visit([&](auto& moving) { moving.body.load(given); });
+        moving.body.load(given);
     });
 }
 
 hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double stiffness_damping) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        dynamics->visit([&](auto& moving) { moving.body.damp_springs(stiffness_damping); });
-    });
+    return guarded(dynamics, "dynamics", [&](auto& moving) { moving.body.damp_springs(stiffness_damping); });
 }
 
 hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters, int64_t count) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
         require(parameters, "parameters");
         if (count < 0) {
             throw std::invalid_argument("count = " + std::to_string(count) + " is not allowed: it must be at least 0");
@@ -139,93 +106,74 @@ hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_
                                   {g[0], g[1], g[2]},
                                   parameters->mass_damping,
                                   static_cast<Integrator>(parameters->integrator)};
-        dynamics->visit([&](auto& moving) { moving.body.step(step, static_cast<long>(count)); });
+        moving.body.step(step, static_cast<long>(count));
     });
 }
 
 hybmss_status hybmss_dynamics_get_displacements(const hybmss_dynamics* dynamics, const hybmss_field* out) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        dynamics->visit([&](const auto& moving) {
-            moving.read(out, [&](const auto& view) { moving.body.get_displacements(view); });
-        });
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
+        moving.read(out, [&](const auto& view) { moving.body.get_displacements(view); });
     });
 }
 
 hybmss_status hybmss_dynamics_get_velocities(const hybmss_dynamics* dynamics, const hybmss_field* out) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        dynamics->visit(
-            [&](const auto& moving) { moving.read(out, [&](const auto& view) { moving.body.get_velocities(view); }); });
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
+        moving.read(out, [&](const auto& view) { moving.body.get_velocities(view); });
     });
 }
 
 hybmss_status hybmss_dynamics_get_forces(const hybmss_dynamics* dynamics, const hybmss_field* out) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        dynamics->visit(
-            [&](const auto& moving) { moving.read(out, [&](const auto& view) { moving.body.get_forces(view); }); });
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
+        moving.read(out, [&](const auto& view) { moving.body.get_forces(view); });
     });
 }
 
 hybmss_status hybmss_dynamics_set_displacements(hybmss_dynamics* dynamics, const hybmss_const_field* in) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        dynamics->visit(
-            [&](auto& moving) { moving.write(in, [&](const auto& view) { moving.body.set_displacements(view); }); });
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
+        moving.write(in, [&](const auto& view) { moving.body.set_displacements(view); });
     });
 }
 
 hybmss_status hybmss_dynamics_set_velocities(hybmss_dynamics* dynamics, const hybmss_const_field* in) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        dynamics->visit(
-            [&](auto& moving) { moving.write(in, [&](const auto& view) { moving.body.set_velocities(view); }); });
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
+        moving.write(in, [&](const auto& view) { moving.body.set_velocities(view); });
     });
 }
 
 hybmss_status hybmss_dynamics_energies(const hybmss_dynamics* dynamics, double* springs, double* volume,
                                        double* kinetic) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
-        dynamics->visit([&](const auto& moving) {
-            const PotentialEnergy energy = moving.body.potential_energy();
-            const double motion = moving.body.kinetic_energy();
-            for (const auto& [value, out] :
-                 {std::pair{energy.springs, springs}, {energy.volume, volume}, {motion, kinetic}}) {
-                if (out) {
-                    *out = value;
-                }
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
+        const PotentialEnergy energy = moving.body.potential_energy();
+        const double motion = moving.body.kinetic_energy();
+        for (const auto& [value, out] :
+             {std::pair{energy.springs, springs}, {energy.volume, volume}, {motion, kinetic}}) {
+            if (out) {
+                *out = value;
             }
-        });
+        }
     });
 }
 
 hybmss_status hybmss_dynamics_not_finite_at(const hybmss_dynamics* dynamics, int64_t* steps) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
         require(steps, "steps");
-        dynamics->visit([&](const auto& moving) { *steps = moving.body.not_finite_at(); });
+        *steps = moving.body.not_finite_at();
     });
 }
 
 hybmss_status hybmss_dynamics_masses(const hybmss_dynamics* dynamics, double* masses, size_t count) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
         require(masses, "masses", count);
-        dynamics->visit([&](const auto& moving) {
-            const std::span<const double> all = moving.body.masses();
-            require_count(count, all.size(), "masses");
-            std::copy(all.begin(), all.end(), masses);
-        });
+        const std::span<const double> all = moving.body.masses();
+        require_count(count, all.size(), "masses");
+        std::copy(all.begin(), all.end(), masses);
     });
 }
 
 hybmss_status hybmss_dynamics_critical_time_step(const hybmss_dynamics* dynamics, double* time_step) {
-    return guarded([&] {
-        require(dynamics, "dynamics");
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
         require(time_step, "time_step");
-        dynamics->visit([&](const auto& moving) { *time_step = moving.body.critical_time_step(); });
+        *time_step = moving.body.critical_time_step();
     });
 }
 

@@ -3,9 +3,7 @@
 #include "hybmss/force_plan.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <string>
-#include <variant>
 
 namespace hybmss::c_interface {
 namespace {
@@ -15,7 +13,7 @@ struct Planned {
     ForcePlan<T> plan;
     mutable Scratch<T> scratch;
 
-    explicit Planned(ForcePlan<T> made) : plan(std::move(made)) {}
+    Planned(const hybmss_body& shape, const PlanOptions& options) : plan(made_of<ForcePlan<T>>(shape, options)) {}
     std::size_t nodes() const { return plan.node_count(); }
 
     void add_forces(const hybmss_const_field* displacements, const hybmss_field* forces) const {
@@ -45,14 +43,6 @@ struct Planned {
     }
 };
 
-template <class T>
-std::unique_ptr<const Planned<T>> planned(const hybmss_body& body, const PlanOptions& options) {
-    if (const auto* shape = std::get_if<LatticeBody>(&body.shape)) {
-        return std::make_unique<const Planned<T>>(ForcePlan<T>(shape->lattice, shape->material, options));
-    }
-    return std::make_unique<const Planned<T>>(ForcePlan<T>(std::get<Network>(body.shape), options));
-}
-
 } // namespace
 } // namespace hybmss::c_interface
 
@@ -60,31 +50,14 @@ using namespace hybmss;
 using namespace hybmss::c_interface;
 
 struct hybmss_plan {
-    std::variant<std::unique_ptr<const Planned<float>>, std::unique_ptr<const Planned<double>>> planned;
-
-    template <class Visit>
-    void visit(const Visit& visit) const {
-        std::visit([&](const auto& pointer) { visit(*pointer); }, planned);
-    }
+    std::variant<std::unique_ptr<Planned<float>>, std::unique_ptr<Planned<double>>> held;
 };
 
 extern "C" {
 
 hybmss_status hybmss_plan_create(const hybmss_body* body, hybmss_precision precision,
                                  const hybmss_plan_options* options, hybmss_plan** plan) {
-    return guarded([&] {
-        require(plan, "plan");
-        require(body, "body");
-        const bool wide = is_double(precision, "precision");
-        const GivenOptions given(options);
-        auto made = std::make_unique<hybmss_plan>();
-        if (wide) {
-            made->planned = planned<double>(*body, given.options);
-        } else {
-            made->planned = planned<float>(*body, given.options);
-        }
-        *plan = made.release();
-    });
+    return create<Planned>(body, precision, options, plan, "plan");
 }
 
 void hybmss_plan_destroy(hybmss_plan* plan) {
@@ -93,50 +66,39 @@ void hybmss_plan_destroy(hybmss_plan* plan) {
 
 hybmss_status hybmss_plan_add_forces(const hybmss_plan* plan, const hybmss_const_field* displacements,
                                      const hybmss_field* forces) {
-    return guarded([&] {
-        require(plan, "plan");
-        plan->visit([&](const auto& planned) { planned.add_forces(displacements, forces); });
-    });
+    return guarded(plan, "plan", [&](const auto& planned) { planned.add_forces(displacements, forces); });
 }
 
 hybmss_status hybmss_plan_energy(const hybmss_plan* plan, const hybmss_const_field* displacements, double* springs,
                                  double* volume) {
-    return guarded([&] {
-        require(plan, "plan");
-        plan->visit([&](const auto& planned) {
-            const PotentialEnergy energy = planned.energy(displacements);
-            if (springs) {
-                *springs = energy.springs;
-            }
-            if (volume) {
-                *volume = energy.volume;
-            }
-        });
+    return guarded(plan, "plan", [&](const auto& planned) {
+        const PotentialEnergy energy = planned.energy(displacements);
+        if (springs) {
+            *springs = energy.springs;
+        }
+        if (volume) {
+            *volume = energy.volume;
+        }
     });
 }
 
 hybmss_status hybmss_plan_add_hessian_product(const hybmss_plan* plan, const hybmss_const_field* displacements,
                                               const hybmss_const_field* direction, const hybmss_field* product) {
-    return guarded([&] {
-        require(plan, "plan");
-        plan->visit([&](const auto& planned) { planned.add_hessian_product(displacements, direction, product); });
-    });
+    return guarded(plan, "plan",
+                   [&](const auto& planned) { planned.add_hessian_product(displacements, direction, product); });
 }
 
 hybmss_status hybmss_plan_critical_time_step(const hybmss_plan* plan, double* time_step) {
-    return guarded([&] {
-        require(plan, "plan");
+    return guarded(plan, "plan", [&](const auto& planned) {
         require(time_step, "time_step");
-        plan->visit([&](const auto& planned) { *time_step = planned.plan.critical_time_step(); });
+        *time_step = planned.plan.critical_time_step();
     });
 }
 
 hybmss_status hybmss_plan_describe(const hybmss_plan* plan, char* text, size_t capacity, size_t* length) {
-    return guarded([&] {
-        require(plan, "plan");
+    return guarded(plan, "plan", [&](const auto& planned) {
         require(text, "text", capacity);
-        std::string description;
-        plan->visit([&](const auto& planned) { description = to_string(planned.plan.describe()); });
+        const std::string description = to_string(planned.plan.describe());
         if (capacity > 0) {
             const std::size_t copied = std::min(capacity - 1, description.size());
             std::copy_n(description.data(), copied, text);

@@ -10,7 +10,6 @@
 #include "hybmss/version.hpp"
 
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>

@@ -3,7 +3,6 @@
 /// \file
 /// The file of a checkpoint: named sections of bytes, and a digest of them all.
 
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <map>

@@ -1,5 +1,7 @@
 #include "simulation/run/energy_meter.hpp"
 
+#include "plan/bodies/step_factors.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>

@@ -4,7 +4,6 @@
 /// Where a run's energy comes from and goes to.
 
 #include "hybmss/simulation/simulation.hpp"
-#include "plan/bodies/step_factors.hpp"
 #include "simulation/run/boundary_conditions.hpp"
 
 #include <span>

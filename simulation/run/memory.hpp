@@ -6,8 +6,6 @@
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/geometry/voxel_grid.hpp" // available_bytes
 
-#include <cstdint>
-
 namespace hybmss {
 
 /// Bytes that a run of these cells takes at most, about: plan, state, and copies for results.

@@ -69,8 +69,6 @@ enum class Method {
     paper_settling,   ///< explicit, 10 s with that damping in the paper's 10,000 steps (of the beam 300,000)
     implicit_settling ///< backward Euler with large steps and that damping, likewise to 1e-4
 };
-inline constexpr Method kMethods[] = {Method::static_solve, Method::settling, Method::paper_settling,
-                                      Method::implicit_settling};
 std::string_view name(Method method);
 
 struct Outcome {

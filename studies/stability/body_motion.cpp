@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <random>
 
 namespace hybmss::stability {
 namespace {

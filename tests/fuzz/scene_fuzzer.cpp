@@ -4,9 +4,6 @@
 #include "simulation/scene/scene_body.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 
-#include <stdexcept>
-#include <string>
-
 namespace hybmss {
 
 // Takes the place of the library's: what files hold is for other targets, and paths lead anywhere.

@@ -9,9 +9,7 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <new>
-#include <stdexcept>
 #include <string>
 #include <thread>
 

@@ -10,7 +10,6 @@
 #include <chrono>
 #include <fstream>
 #include <limits>
-#include <stdexcept>
 #include <thread>
 #include <vector>
 

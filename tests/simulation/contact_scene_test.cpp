@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
 #include <sstream>
 
 namespace hybmss {
@@ -165,7 +164,7 @@ TEST(ContactScene, probes_csv_holds_what_obstacles_did) {
         EXPECT_NEAR(column.back(), floor.at(quantity).get<double>(), 1e-8 * std::abs(column.back())) << quantity;
     }
     for (const char* quantity : {"force", "torque", "impulse"}) {
-        for (int a = 0; a < 3; ++a) {
+        for (std::size_t a = 0; a < 3; ++a) {
             const double last = history.at(std::string("obstacles.floor.") + quantity + "." + "xyz"[a]).back();
             EXPECT_NEAR(last, floor.at(quantity).at(a).get<double>(), 1e-8 * std::abs(last)) << quantity;
         }

@@ -4,7 +4,6 @@
 #include "tests/program.hpp"
 
 #include <cmath>
-#include <functional>
 
 namespace hybmss {
 namespace {

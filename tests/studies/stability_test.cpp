@@ -2,7 +2,6 @@
 // The stability map against thresholds known in closed form, or found by other means.
 // Both Euler methods are of the first order; the one keeps the energy, the other takes it.
 
-#include "reference/constants.hpp"
 #include "studies/stability/hard_case.hpp"
 #include "studies/stability/integrator_order.hpp"
 #include "studies/stability/stability_map.hpp"
