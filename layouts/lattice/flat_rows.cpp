@@ -14,6 +14,9 @@ constexpr double kLayer = 4, kLast = 0.35, kTop = 0.35;
 constexpr std::size_t kSmall = 4096; // nodes
 /// Rows along x are what callers' memory is like, and what bodies had before.
 constexpr double kWorthIt = 0.97;
+/// Layers that leave a second thread half idle, and what that costs.
+constexpr std::size_t kFewLayers = 8;
+constexpr double kIdle = 1.25;
 
 std::size_t count_of(const Lattice& lattice, const LatticeAxes& axes, std::size_t axis) {
     return static_cast<std::size_t>(lattice.cells()[axes[axis]]);
@@ -98,9 +101,9 @@ std::vector<LatticeAxes> axes_by_cost(const Lattice& lattice, bool shared) {
             orders.push_back(axes);
         }
     } while (std::next_permutation(axes.begin(), axes.end()));
-    const double plain = sweep_cost(lattice, orders.front());
     const auto cost = [&](const LatticeAxes& order) {
-        return order == orders.front() ? kWorthIt * plain : sweep_cost(lattice, order);
+        const bool idle = shared && count_of(lattice, order, 2) <= kFewLayers && lattice.grid_node_count() >= kSmall;
+        return (order == orders.front() ? kWorthIt : 1) * (idle ? kIdle : 1) * sweep_cost(lattice, order);
     };
     std::vector<std::pair<double, LatticeAxes>> ranked(orders.size());
     std::transform(orders.begin(), orders.end(), ranked.begin(),

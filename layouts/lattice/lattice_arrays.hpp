@@ -109,8 +109,8 @@ extern template LatticeArrays<double> flat_rows(const Lattice&, const Material&,
 /// Rows along x, and planes normal to z, or to y where that sweeps fewer lanes and leaves layers enough to share among
 /// threads.
 LatticeAxes plain_axes(const Lattice& lattice);
-/// The plain ones and all others, `shared` those that leave layers enough, by what a sweep costs; the plain ones before
-/// any that gain less than 3 %.
+/// The plain ones and all others, `shared` those that leave layers enough, by what a sweep costs, where `shared` a
+/// quarter more in eight layers or fewer; the plain ones before any that gain less than 3 %.
 std::vector<LatticeAxes> axes_by_cost(const Lattice& lattice, bool shared);
 
 /// The layout "active-rows": of every row, those vectors that hold a node of the body, one after the other; void is not

@@ -146,9 +146,9 @@ const Layout& lattice_layout(const std::string& name) {
 /// How many orders of the axes beside the plain one are worth a try, those that cost the least.
 constexpr std::size_t kOrders = 2;
 
-/// At most half of the cells are there.
-bool is_sparse(double cells, double grid_cells) {
-    return cells <= 0.5 * grid_cells;
+/// Few enough of the cells are there: in a ball, a little more than half.
+bool is_sparse(double cells, double grid_cells, Accuracy accuracy) {
+    return cells <= (accuracy == Accuracy::exact ? 0.5 : 0.6) * grid_cells;
 }
 
 // ---- bodies
@@ -181,15 +181,15 @@ std::vector<std::string> distinct_lattice_layouts() {
     return names;
 }
 
-std::string estimated_layout(const Lattice& lattice) {
+std::string estimated_layout(const Lattice& lattice, Accuracy accuracy) {
     // A vector of active rows costs what one of flat rows does, and a body this full has no rows to leave out.
-    const bool sparse =
-        is_sparse(static_cast<double>(lattice.cell_count()), static_cast<double>(lattice.cell_scales().size()));
+    const bool sparse = is_sparse(static_cast<double>(lattice.cell_count()),
+                                  static_cast<double>(lattice.cell_scales().size()), accuracy);
     return sparse && active_share(lattice) < 0.75 ? kSparse.name : kDense.name;
 }
 
 std::string estimated_step_layout(const Lattice& lattice, Accuracy accuracy) {
-    const std::string layout = estimated_layout(lattice);
+    const std::string layout = estimated_layout(lattice, accuracy);
     const LatticeAxes axes = axes_by_cost(lattice, true).front();
     return layout != kDense.name || accuracy == Accuracy::exact || axes == plain_axes(lattice) ? layout
                                                                                                : with_axes(axes);
@@ -236,13 +236,15 @@ double plan_bytes(const std::string& layout, const LatticeExtent& extent, Precis
         return lattice_layout(layout).bytes(extent, real);
     }
     const double dense = kDense.bytes(extent, real);
-    return is_sparse(extent.cells, extent.grid_nodes) ? std::min(kSparse.bytes(extent, real), dense) : dense;
+    return is_sparse(extent.cells, extent.grid_nodes, Accuracy::accurate) ? std::min(kSparse.bytes(extent, real), dense)
+                                                                          : dense;
 }
 
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options) {
     validate(material);
-    const Layout& layout = lattice_layout(options.layout.empty() ? estimated_layout(lattice) : options.layout);
+    const Layout& layout =
+        lattice_layout(options.layout.empty() ? estimated_layout(lattice, options.accuracy) : options.layout);
     if (!layout.of_networks) {
         return make<T>(layout, {&lattice, &material, nullptr}, options);
     }

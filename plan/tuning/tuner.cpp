@@ -119,7 +119,8 @@ namespace {
 
 constexpr std::size_t kScreeningNodes = 8192; // 20^3
 constexpr double kScratchBytes = 512e6;
-constexpr double kScreeningLimit = 1.5;
+constexpr double kScreeningLimit = 1.5; // between layouts: on a small piece they may compare otherwise
+constexpr double kScreeningLimitWithin = 1.2;
 constexpr double kScreeningShare = 0.3; // of the time
 constexpr double kSlice = 5e-3;         // s
 constexpr double kRaceShare = 0.3;      // of the time, for a race against the fixed choice on top
@@ -186,11 +187,15 @@ struct Timings {
     std::vector<TrialTiming> trials; ///< one a candidate, seconds per step of the whole body
     double bytes_a_node = 0;         ///< of all candidates together
 
-    double fastest() const {
-        const auto best = std::min_element(trials.begin(), trials.end(), [](const auto& a, const auto& b) {
-            return a.seconds_a_step < b.seconds_a_step;
-        });
-        return best == trials.end() ? HUGE_VAL : best->seconds_a_step;
+    /// Of those in a layout; of all where none is named.
+    double fastest(const std::string& layout = {}) const {
+        double best = HUGE_VAL;
+        for (std::size_t i = 0; i < candidates.size(); ++i) {
+            if (layout.empty() || candidates[i].layout == layout) {
+                best = std::min(best, trials[i].seconds_a_step);
+            }
+        }
+        return best;
     }
 };
 
@@ -291,9 +296,13 @@ WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>
         append_figures(screening, piece.cells, false, entry.figures);
         const double most = kScreeningLimit * screening.fastest();
         std::erase_if(left, [&](const Candidate& candidate) {
+            if (candidate == candidates.front()) {
+                return false; // what all others are held to
+            }
             for (std::size_t i = 0; i < screening.candidates.size(); ++i) {
                 if (same_kernel(screening.candidates[i], candidate)) {
-                    return screening.trials[i].seconds_a_step > most;
+                    const double in_layout = screening.fastest(candidate.layout);
+                    return in_layout > most || screening.trials[i].seconds_a_step > kScreeningLimitWithin * in_layout;
                 }
             }
             return true;

@@ -39,8 +39,9 @@ double fastest_quarter_mean(std::vector<double> values);
 /// one is at least 3 % faster than it in a second race, on bodies built anew.
 ///
 /// A large body is timed in two stages: layouts, instruction sets and accuracies with one thread on a small piece, then
-/// what is at most 1.5 times behind there, with all thread counts, on a piece that still fits into memory many times.
-/// So neither a layout that has no chance nor a candidate of a huge body is ever built in full.
+/// the fixed choice, and what is at most 1.2 times behind the best of its layout there, in layouts at most 1.5 times
+/// behind, with all thread counts, on a piece that still fits into memory many times. So neither a layout that has no
+/// chance nor a candidate of a huge body is ever built in full.
 template <class T>
 WisdomEntry measure(const TunerSubject<T>& subject, const std::vector<Candidate>& candidates,
                     const PlanOptions& options, Operation operation);

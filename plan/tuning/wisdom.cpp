@@ -49,7 +49,7 @@ bool numbered_locally(const Network& network) {
 std::string fill_class(const Lattice& lattice) {
     const auto eighths = [](double part) { return std::to_string(static_cast<int>(std::ceil(8 * part))) + "/8"; };
     const double fill = static_cast<double>(lattice.cell_count()) / static_cast<double>(lattice.cell_scales().size());
-    return " fill:" + eighths(fill) + (fill <= 0.5 ? " active:" + eighths(active_share(lattice)) : "");
+    return " fill:" + eighths(fill) + (fill <= 0.6 ? " active:" + eighths(active_share(lattice)) : "");
 }
 
 } // namespace

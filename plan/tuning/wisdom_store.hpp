@@ -43,7 +43,7 @@ struct WisdomStore {
 ///     network double mean-stretch nodes:2^11.0 numbering:scattered
 ///
 /// Nodes go by half steps of their binary logarithm, up to those of the largest sample: larger bodies are timed on such
-/// a sample anyway. The filled part of a lattice goes by eighths; where it is at most half, so does active_share. A
+/// a sample anyway. The filled part of a lattice goes by eighths; where it is at most 0.6, so does active_share. A
 /// network's nodes are numbered locally where its springs' ends lie nearer to each other than half way (in logarithms)
 /// from a lattice's order, about n^(2/3), to a random one, n/3.
 template <class T>

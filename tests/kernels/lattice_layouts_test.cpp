@@ -183,6 +183,12 @@ TEST(ActiveRows, AnEstimateTakesActiveRowsForSparseBodies) {
     EXPECT_EQ(estimated(Lattice::box(1, 1, 1, kCellSize)), "flat-rows");
     EXPECT_EQ(estimated(hollow_ball(64, 4, kCellSize)), "active-rows");
     EXPECT_EQ(estimated(single_cell(20, 3, 3).lattice), "active-rows");
+    // A ball, from some 48 cells across.
+    EXPECT_EQ(estimated(hollow_ball(24, 12, kCellSize)), "flat-rows");
+    EXPECT_EQ(estimated(hollow_ball(48, 24, kCellSize)), "active-rows");
+    PlanOptions exact;
+    exact.accuracy = Accuracy::exact;
+    EXPECT_EQ(ForcePlan<float>(hollow_ball(48, 24, kCellSize), material, exact).describe().layout, "flat-rows");
     // Cells everywhere, if few: hardly a vector is without one.
     EXPECT_EQ(estimated(scattered(40, 20, 20, 0.3, 1).lattice), "flat-rows");
 }

@@ -91,6 +91,9 @@ TEST(FlatRowsLayout, RowsLieAlongWhatIsLong) {
     EXPECT_EQ(best(64, 64, 64), (LatticeAxes{0, 1, 2}));
     // A plate has layers to share only along its edges.
     EXPECT_GE(Lattice::box(3, 40, 40, 1.0).cells()[best(3, 40, 40)[2]], 8);
+    EXPECT_EQ(best(40, 40, 3), (LatticeAxes{0, 2, 1}));
+    EXPECT_EQ(best(96, 96, 8), (LatticeAxes{0, 2, 1}));
+    EXPECT_EQ(best(96, 96, 16), (LatticeAxes{0, 1, 2}));
     EXPECT_EQ(axes_by_cost(Lattice::box(3, 40, 40, 1.0), false).size(), 6u);
     EXPECT_LT(axes_by_cost(Lattice::box(3, 40, 40, 1.0), true).size(), 6u);
 }
