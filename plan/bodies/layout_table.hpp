@@ -20,8 +20,8 @@ std::vector<std::string> distinct_lattice_layouts();
 std::vector<std::string> lattice_layouts_of(const Material& material);
 
 /// The layout that a lattice gets where nothing is timed: active-rows where at most six of ten cells are filled (half
-/// at `exact`, whose bits stay) and rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else flat-rows.
-/// The same on every machine.
+/// at `exact`, whose bits stay) and rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else
+/// flat-rows. The same on every machine.
 std::string estimated_layout(const Lattice& lattice, Accuracy accuracy);
 
 /// The same where steps are taken, unless at `exact`: flat-rows may then have the axes by which a step costs the least,

@@ -163,8 +163,8 @@ template <class T>
 PlannedBody<T> plan_body(const Lattice& lattice, const Material& material, const PlanOptions& given,
                          Operation operation) {
     PlanOptions options = with_level<T>(given);
-    const std::string estimated =
-        operation == Operation::step ? estimated_step_layout(lattice, options.accuracy) : estimated_layout(lattice, options.accuracy);
+    const std::string estimated = operation == Operation::step ? estimated_step_layout(lattice, options.accuracy)
+                                                               : estimated_layout(lattice, options.accuracy);
     // A body without nodes takes no time.
     if (is_fixed(options, false) || lattice.cell_count() == 0) {
         options.layout = options.layout.empty() ? estimated : options.layout;
