@@ -32,6 +32,9 @@ enum class SpringLaw {
     // Not of springs but of cells below the volume ratio J0, with the energy crush V0 (J0 - J)^3 / 3:
     crush,         ///< its derivative
     crush_tangent, ///< its H p
+    // Nor these, but of cells whose kappa does not go by the springs' stiffness, with the energy kappa V0 phi(J):
+    own_volume,
+    own_volume_tangent,
 };
 
 /// What a lattice's sweep of second derivatives sums up.
@@ -205,6 +208,10 @@ struct LatticeHessianLayer {
     std::ptrdiff_t upper_lanes;       ///< as in LatticeLayer; for active-rows
     StiffeningConstants<T> stiffening;
     T crush_bound; ///< J0 - 1; of the laws of crushed cells, whose modulus is in volume_ratio in place of kappa
+    // Of the laws of own volumes, whose kappa h^2 / 32 is in stiffness[6]: what is below the bound has mean stretch in
+    // place of the quadratic energy, or all has.
+    T least_quadratic;
+    bool all_mean_stretch;
 };
 
 /// Nodes of a network as separate arrays; m. For cells with springs on means, also packed ones: in [0], null in the

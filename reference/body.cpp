@@ -2,6 +2,7 @@
 #include "reference/constants.hpp"
 #include "reference/volume_energy.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <map>
 #include <utility>
@@ -9,7 +10,7 @@
 namespace hybmss::reference {
 namespace {
 
-/// visit(the grid indices of a cell's corners in corner order, its scale)
+/// visit(the grid indices of a cell's corners in corner order, its scale, the number of its tissue)
 template <class Visit>
 void for_each_filled_cell(const Lattice& lattice, Visit visit) {
     const auto [nx, ny, nz] = lattice.cells();
@@ -24,7 +25,8 @@ void for_each_filled_cell(const Lattice& lattice, Visit visit) {
                     corners[static_cast<std::size_t>(c)] =
                         lattice.grid_node_index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
                 }
-                visit(corners, static_cast<double>(lattice.cell_scale(i, j, k)));
+                visit(corners, static_cast<double>(lattice.cell_scale(i, j, k)),
+                      lattice.cell_tissue(lattice.cell_index(i, j, k)));
             }
         }
     }
@@ -33,7 +35,7 @@ void for_each_filled_cell(const Lattice& lattice, Visit visit) {
 /// Numbers the grid nodes that touch a cell, in grid order; -1 for the others.
 std::vector<int> number_nodes(const Lattice& lattice) {
     std::vector<int> number(lattice.grid_node_count(), -1);
-    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double) {
+    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double, std::size_t) {
         for (std::size_t corner : corners) {
             number[corner] = 0;
         }
@@ -70,7 +72,8 @@ VolumeEnergy resolve_volume_energy(const Material& material) {
 
 // Each cell of scale s adds s k_e/4 to its 12 edges, s k_f/2 to its 12 face diagonals and s k_c to its 4 cube diagonals
 // (section 5.4), and rho h^3/8 to the mass of its 8 corners.
-// On means: whole springs k_e, k_f, k_c to each cell, times s.
+// On means: whole springs k_e, k_f, k_c to each cell, times s. A tissue's cells have G s as all others, with kappa and
+// rho by its own Poisson's ratio and density.
 Body assemble(const Lattice& lattice, const Material& material) {
     const double h = lattice.cell_size();
     const double ratio = material.face_diagonal_ratio;
@@ -78,11 +81,19 @@ Body assemble(const Lattice& lattice, const Material& material) {
     // A cell's share, by the number of axes along which a spring's ends differ.
     const double share[4] = {0, edge_stiffness(modulus, ratio, h) / 4, face_diagonal_stiffness(modulus, ratio, h) / 2,
                              cube_diagonal_stiffness(modulus, ratio, h)};
-    const double cell_kappa = kappa(material.young_modulus, material.poisson_ratio);
+    std::vector<double> kappas = {kappa(material.young_modulus, material.poisson_ratio)};
+    std::vector<double> densities = {material.density};
+    for (const Tissue& tissue : lattice.tissues()) {
+        kappas.push_back(kappa(2 * (1 + tissue.poisson_ratio) * modulus, tissue.poisson_ratio));
+        densities.push_back(tissue.density);
+    }
     const HourglassStiffness hourglass = hourglass_stiffness(material.young_modulus, material.poisson_ratio, h);
 
     Body body;
     body.volume_energy = resolve_volume_energy(material);
+    if (std::any_of(kappas.begin(), kappas.end(), [&](double k) { return k != kappas[0]; })) {
+        body.volume_energy = material.volume_energy;
+    }
     body.stiffening = material.stiffening;
     const std::vector<int> number = number_nodes(lattice);
     const auto row = static_cast<std::size_t>(lattice.cells()[0] + 1);
@@ -96,11 +107,11 @@ Body assemble(const Lattice& lattice, const Material& material) {
     body.mass.assign(body.rest.size(), 0.0);
 
     std::map<std::pair<int, int>, Spring> springs;
-    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double scale) {
+    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double scale, std::size_t tissue) {
         std::array<int, 8> nodes{};
         for (std::size_t c = 0; c < 8; ++c) {
             nodes[c] = number[corners[c]];
-            body.mass[static_cast<std::size_t>(nodes[c])] += material.density * h * h * h / 8;
+            body.mass[static_cast<std::size_t>(nodes[c])] += densities[tissue] * h * h * h / 8;
         }
         const bool means = material.springs == SpringForm::means;
         if (means) {
@@ -126,7 +137,7 @@ Body assemble(const Lattice& lattice, const Material& material) {
             }
         }
         if (body.volume_energy != VolumeEnergy::none || material.crush.any()) {
-            body.cells.push_back({nodes, h * Matrix3d::Identity(), cell_kappa * scale,
+            body.cells.push_back({nodes, h * Matrix3d::Identity(), kappas[tissue] * scale,
                                   modulus * material.crush.stiffness * scale, material.crush.ratio});
         }
     });

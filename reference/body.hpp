@@ -44,10 +44,11 @@ struct Body {
     std::vector<Vector3d> rest; ///< rest positions X, m
     std::vector<double> mass;   ///< kg, one a node
     std::vector<Spring> springs;
-    std::vector<MeanSprings> mean_springs;           ///< of SpringForm::means
-    std::vector<Cell> cells;                         ///< those with a volume energy, or that resist being crushed
-    VolumeEnergy volume_energy = VolumeEnergy::none; ///< never `automatic`
-    SpringStiffening stiffening = {};                ///< of all springs
+    std::vector<MeanSprings> mean_springs; ///< of SpringForm::means
+    std::vector<Cell> cells;               ///< those with a volume energy, or that resist being crushed
+    /// `automatic`: of every cell by itself, quadratic where its kappa is at least 0, mean stretch below.
+    VolumeEnergy volume_energy = VolumeEnergy::none;
+    SpringStiffening stiffening = {}; ///< of all springs
 };
 
 /// What `automatic` means: quadratic where kappa > 0, mean stretch where kappa < 0; `none` wherever kappa = 0.

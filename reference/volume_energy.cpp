@@ -48,8 +48,15 @@ double crushed_by(const Cell& cell, double j) {
     return cell.crush > 0 ? std::max(cell.crush_ratio - 1 - j, 0.0) : 0;
 }
 
+/// `automatic` goes by the cell.
+VolumeEnergy energy_of(VolumeEnergy energy, const Cell& cell) {
+    const VolumeEnergy own = cell.kappa < 0 ? VolumeEnergy::mean_stretch : VolumeEnergy::quadratic;
+    return energy == VolumeEnergy::automatic ? own : energy;
+}
+
 // kappa phi(J)
-VolumeDerivatives phi_derivatives(VolumeEnergy energy, const Cell& cell, double j) {
+VolumeDerivatives phi_derivatives(VolumeEnergy given, const Cell& cell, double j) {
+    const VolumeEnergy energy = energy_of(given, cell);
     return {cell.kappa * phi_derivative(energy, j), cell.kappa * phi_second_derivative(energy, j),
             cell.kappa * phi_third_derivative(energy, j)};
 }
@@ -199,7 +206,7 @@ Matrix24d volume_hessian(const Matrix3d& edges) {
 double volume_energy_density(VolumeEnergy energy, const Cell& cell, double j) {
     const double depth = crushed_by(cell, j);
     const double crush = depth > 0 ? cell.crush * depth * depth * depth / (3 * cell.crush_ratio * cell.crush_ratio) : 0;
-    return cell.kappa * phi(energy, j) + crush;
+    return cell.kappa * phi(energy_of(energy, cell), j) + crush;
 }
 
 VolumeDerivatives volume_derivatives(VolumeEnergy energy, const Cell& cell, double j) {

@@ -87,6 +87,19 @@ std::vector<Named<Lattice>> lattices(std::mt19937& random) {
     return all;
 }
 
+/// Of three materials at random, volume forces none, quadratic and by mean stretch.
+constexpr const char* kTissues = "tissues";
+
+Lattice with_tissues(Lattice lattice) {
+    std::vector<std::uint8_t> of_cells(lattice.cell_scales().size());
+    std::mt19937 random(static_cast<unsigned>(of_cells.size()));
+    for (std::uint8_t& tissue : of_cells) {
+        tissue = static_cast<std::uint8_t>(random() % 3);
+    }
+    lattice.set_tissues({{0.45, 3000}, {0.0, 500}}, std::move(of_cells));
+    return lattice;
+}
+
 /// kappa is well above the springs' moduli (nu = 0.45) for the quadratic energy, negative (nu = 0) for mean stretch.
 std::vector<Named<Material>> materials() {
     std::vector<Named<Material>> all;
@@ -115,6 +128,9 @@ std::vector<Named<Material>> materials() {
             // With stiffening, one pass beside another; a ratio that small strains come below too.
             m.crush = {20, 0.995};
             all.push_back({prefix + "crush", m});
+        }
+        if (springs == SpringForm::nodes) {
+            all.push_back({prefix + kTissues, Material{.face_diagonal_ratio = ratio}});
         }
     }
     return all;
@@ -329,7 +345,12 @@ std::vector<Named<Network>> hand_made_networks(VolumeEnergy energy, unsigned see
 }
 
 TestBody from_lattice(const Named<Lattice>& named, const Named<Material>& material) {
-    return {named.name, material.name, named.thing, material.thing, {}, named.thing.cell_size()};
+    return {named.name,
+            material.name,
+            material.name.ends_with(kTissues) ? with_tissues(named.thing) : named.thing,
+            material.thing,
+            {},
+            named.thing.cell_size()};
 }
 
 void append_networks(std::vector<TestBody>& bodies, unsigned seed) {

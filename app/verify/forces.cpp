@@ -134,7 +134,7 @@ void compare(const TestBody& body, const MatrixOptions& options, RowTable& table
 std::vector<RowKey> kernel_keys(const TestBody& body, const std::vector<InstructionSet>& sets,
                                 const std::string& precision) {
     std::vector<std::string> layouts = body.lattice ? distinct_lattice_layouts() : network_layouts();
-    if (body.material.crush.any()) { // which no network has
+    if (body.lattice && !can_be_network(*body.lattice, body.material)) {
         const std::vector<std::string> networks = network_layouts();
         std::erase_if(layouts, [&](const std::string& layout) {
             return std::find(networks.begin(), networks.end(), layout) != networks.end();

@@ -21,7 +21,17 @@ struct SpringCounts {
     std::size_t total() const { return edges + face_diagonals + cube_diagonals; }
 };
 
-/// nx * ny * nz cubic cells of one edge length, each with a stiffness scale (0 = no cell, 1 = the material as given).
+struct Material;
+
+/// What the cells of a tissue have of their own, in place of the body's material.
+struct Tissue {
+    double poisson_ratio; ///< in (-1, 1/2)
+    double density;       ///< kg/m^3, > 0
+    bool operator==(const Tissue&) const = default;
+};
+
+/// nx * ny * nz cubic cells of one edge length, each with a stiffness scale (0 = no cell, 1 = the material as given)
+/// and perhaps a tissue. The scale is that of the shear modulus, which the springs carry.
 ///
 /// Index order everywhere: x fastest, then y, then z. Grid nodes are the (nx+1)(ny+1)(nz+1) corners; the body's nodes
 /// are those of them that touch a cell, numbered in the same order. A box has all of them.
@@ -36,6 +46,12 @@ public:
     /// Cells with the given scales (nx * ny * nz values, finite and >= 0).
     static Lattice from_cells(int nx, int ny, int nz, double cell_size, std::vector<float> scales);
 
+    /// Cells of several materials, x fastest: label 0 is no cell, n is materials[n - 1]. The first is the body's, of
+    /// which plans are to be made; the others may differ from it in Young's modulus, Poisson's ratio and density.
+    /// Throws std::invalid_argument where one differs in anything else, or where a label has no material.
+    static Lattice from_materials(int nx, int ny, int nz, double cell_size, std::span<const std::uint8_t> labels,
+                                  std::span<const Material> materials);
+
     const std::array<int, 3>& cells() const { return cells_; }
     double cell_size() const { return cell_size_; }
     std::span<const float> cell_scales() const { return scales_; }
@@ -44,6 +60,13 @@ public:
     void set_cell_scale(int i, int j, int k, float scale);
     /// Sets the scale of each listed cell to zero.
     void remove_cells(std::span<const std::array<int, 3>> cells);
+
+    /// Gives each cell the number of its tissue: 0 is the body's material, n is tissues[n - 1]. Throws
+    /// std::invalid_argument unless there are numbers for all cells, or none and no tissues, each with its tissue.
+    void set_tissues(std::vector<Tissue> tissues, std::vector<std::uint8_t> of_cells);
+    /// None where all cells are of the body's material.
+    std::span<const Tissue> tissues() const { return tissues_; }
+    std::size_t cell_tissue(std::size_t cell) const { return tissue_of_.empty() ? 0 : tissue_of_[cell]; }
 
     std::size_t grid_node_count() const;
     /// i + (nx+1) (j + (ny+1) k). That 0 <= i <= nx and so on is not checked.
@@ -67,9 +90,21 @@ private:
     std::array<int, 3> cells_;
     double cell_size_;
     std::vector<float> scales_;
+    std::vector<Tissue> tissues_;
+    std::vector<std::uint8_t> tissue_of_; ///< by cell; empty where there are no tissues
 };
 
-struct Material;
+/// The material of a tissue's cells at the scale 1, by its number: `material` with the tissue's Poisson's ratio and
+/// density, and the same shear modulus.
+HYBMSS_EXPORT Material material_of(const Lattice& lattice, std::size_t tissue, const Material& material);
+
+/// Whether some tissue's Poisson's ratio is not the material's: volume forces, if any, then do not go by the stiffness
+/// scales.
+HYBMSS_EXPORT bool has_own_volumes(const Lattice& lattice, const Material& material);
+
+/// Throws std::invalid_argument for a material that is not valid, or not one of such a lattice: springs on means take
+/// one Poisson's ratio.
+HYBMSS_EXPORT void validate(const Lattice& lattice, const Material& material);
 
 /// The springs of a lattice of this material: merged ones between nodes, or those that each cell has on its means.
 HYBMSS_EXPORT SpringCounts springs_of(const Lattice& lattice, const Material& material);

@@ -106,7 +106,7 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
     }
     a.stiffness_begin = a.own_stiffness();
     const std::size_t elements = a.begin.back() + a.width; // a vector more, for the element after the last
-    a.allocate(elements, elements, material);
+    a.allocate(elements, elements, material, has_own_volumes(lattice, material));
 
     a.neighbors.reserve(a.begin.back() / a.width - a.planes);
     const CellShares shares(lattice, material, a.axes);

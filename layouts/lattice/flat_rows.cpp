@@ -52,10 +52,11 @@ std::vector<bool> layers_alike(const Lattice& lattice, const LatticeAxes& axes) 
     const std::size_t nx = count_of(lattice, axes, 0), ny = count_of(lattice, axes, 1), nz = count_of(lattice, axes, 2);
     const std::span<const float> scales = lattice.cell_scales();
     const auto row_is_alike = [&](std::size_t j, std::size_t k) {
-        const float* cell = scales.data() + j * by_axis[axes[1]] + k * by_axis[axes[2]];
+        std::size_t cell = j * by_axis[axes[1]] + k * by_axis[axes[2]];
         const std::size_t step = by_axis[axes[0]], below = by_axis[axes[2]];
         for (std::size_t i = 0; i < nx; ++i, cell += step) {
-            if (*cell != *(cell - below)) {
+            if (scales[cell] != scales[cell - below] ||
+                lattice.cell_tissue(cell) != lattice.cell_tissue(cell - below)) {
                 return false;
             }
         }
@@ -128,13 +129,13 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, con
     }
     a.lanes.assign(a.planes, lanes);
     a.stiffness_begin = shared_stiffness(lattice, a.axes, a.plane);
-    a.allocate(a.begin.back(), a.stiffness_begin.back() + a.plane, material);
+    a.allocate(a.begin.back(), a.stiffness_begin.back() + a.plane, material, has_own_volumes(lattice, material));
 
     const CellShares shares(lattice, material, a.axes);
     a.volume_ratio = static_cast<T>(shares.volume_ratio());
     a.crush_ratio = static_cast<T>(shares.crush_ratio());
     // Cells that touch each node, by its place in the layout: nonzero makes it a node of the body.
-    std::vector<unsigned char> touching(a.size(), 0);
+    std::vector<double> touching(a.size(), 0);
     for (std::size_t k = 0; k < a.planes; ++k) {
         if (k > 0 && a.stiffness_begin[k] == a.stiffness_begin[k - 1]) {
             std::copy_n(a.inverse_mass.data() + a.begin[k - 1], a.plane, a.inverse_mass.data() + a.begin[k]);
@@ -146,7 +147,7 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, con
                 const std::size_t in_plane = j * a.row + i, n = a.begin[k] + in_plane;
                 const CellShares::Node node = shares.at({i, j, k});
                 a.set_node(n, a.stiffness_begin[k] + in_plane, node, shares);
-                touching[n] = static_cast<unsigned char>(node.cells);
+                touching[n] = node.cells;
             }
         }
     }

@@ -3,6 +3,7 @@
 
 #include "layouts/messages.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -59,6 +60,74 @@ Lattice Lattice::from_cells(int nx, int ny, int nz, double cell_size, std::vecto
         check_scale(scale);
     }
     return Lattice({nx, ny, nz}, cell_size, std::move(scales));
+}
+
+Lattice Lattice::from_materials(int nx, int ny, int nz, double cell_size, std::span<const std::uint8_t> labels,
+                                std::span<const Material> materials) {
+    const auto refuse = [](std::size_t number, const std::string& why) {
+        throw std::invalid_argument("material " + std::to_string(number) + " of a lattice: " + why);
+    };
+    std::vector<float> scale_of = {0};
+    std::vector<Tissue> tissues;
+    std::vector<std::uint8_t> tissue_of = {0};
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        const Material &own = materials[m], &body = materials[0];
+        validate(own);
+        Material alike = body;
+        alike.young_modulus = own.young_modulus;
+        alike.poisson_ratio = own.poisson_ratio;
+        alike.density = own.density;
+        if (!(own == alike)) {
+            refuse(m + 1, "only young_modulus, poisson_ratio and density may differ from those of the first");
+        }
+        // The ratio of the shear moduli; that of Young's moduli, bit for bit, where Poisson's ratio is the same.
+        scale_of.push_back(static_cast<float>(own.young_modulus / body.young_modulus *
+                                              ((1 + body.poisson_ratio) / (1 + own.poisson_ratio))));
+        const Tissue tissue = {own.poisson_ratio, own.density};
+        std::size_t number = 0;
+        if (tissue != Tissue{body.poisson_ratio, body.density}) {
+            const auto known = std::find(tissues.begin(), tissues.end(), tissue);
+            number = 1 + static_cast<std::size_t>(known - tissues.begin());
+            if (known == tissues.end()) {
+                tissues.push_back(tissue);
+            }
+        }
+        tissue_of.push_back(static_cast<std::uint8_t>(number));
+    }
+    std::vector<float> scales;
+    std::vector<std::uint8_t> numbers;
+    scales.reserve(labels.size());
+    numbers.reserve(labels.size());
+    for (const std::uint8_t label : labels) {
+        if (label > materials.size()) {
+            refuse(label, "none given, but a cell has this label");
+        }
+        scales.push_back(scale_of[label]);
+        numbers.push_back(tissue_of[label]);
+    }
+    Lattice lattice = from_cells(nx, ny, nz, cell_size, std::move(scales));
+    if (!tissues.empty()) {
+        lattice.set_tissues(std::move(tissues), std::move(numbers));
+    }
+    return lattice;
+}
+
+void Lattice::set_tissues(std::vector<Tissue> tissues, std::vector<std::uint8_t> of_cells) {
+    if (of_cells.size() != scales_.size() && !(of_cells.empty() && tissues.empty())) {
+        throw std::invalid_argument("tissues: " + std::to_string(of_cells.size()) + " numbers given for " +
+                                    std::to_string(scales_.size()) + " cells");
+    }
+    for (const Tissue& tissue : tissues) {
+        validate(Material{.poisson_ratio = tissue.poisson_ratio, .density = tissue.density});
+    }
+    for (const std::uint8_t number : of_cells) {
+        if (number > tissues.size()) {
+            throw std::invalid_argument("tissue " + std::to_string(number) + " of a cell: only " +
+                                        std::to_string(tissues.size()) + " given");
+        }
+    }
+    tissues_ = std::move(tissues);
+    tissue_of_ = std::move(of_cells);
 }
 
 std::size_t Lattice::cell_index(int i, int j, int k) const {
@@ -159,6 +228,38 @@ SpringCounts Lattice::unmerged_springs(bool face_diagonals) const {
     SpringCounts counts = merged_springs(false);
     counts.face_diagonals = face_diagonals ? 12 * cell_count() : 0;
     return counts;
+}
+
+Material material_of(const Lattice& lattice, std::size_t tissue, const Material& material) {
+    Material own = material;
+    if (tissue > 0) {
+        const Tissue& given = lattice.tissues()[tissue - 1];
+        own.poisson_ratio = given.poisson_ratio;
+        own.density = given.density;
+        own.young_modulus = 2 * (1 + given.poisson_ratio) * shear_modulus(material);
+    }
+    return own;
+}
+
+namespace {
+
+bool same_poisson_ratio(const Lattice& lattice, const Material& material) {
+    return std::all_of(lattice.tissues().begin(), lattice.tissues().end(),
+                       [&](const Tissue& tissue) { return tissue.poisson_ratio == material.poisson_ratio; });
+}
+
+} // namespace
+
+bool has_own_volumes(const Lattice& lattice, const Material& material) {
+    return material.volume_energy != VolumeEnergy::none && !same_poisson_ratio(lattice, material);
+}
+
+void validate(const Lattice& lattice, const Material& material) {
+    validate(material);
+    if (material.springs == SpringForm::means && !same_poisson_ratio(lattice, material)) {
+        throw std::invalid_argument(
+            "a tissue with a poisson_ratio of its own given for springs on means: these take one in all cells");
+    }
 }
 
 SpringCounts springs_of(const Lattice& lattice, const Material& material) {

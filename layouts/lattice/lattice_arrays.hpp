@@ -19,29 +19,41 @@ using LatticeAxes = std::array<std::size_t, 3>;
 std::string word_of(const LatticeAxes& axes);
 
 /// What the cells around a grid node give to it and to the springs that start there: k = (k_e/4) * the sum of the
-/// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell. The same numbers in every layout.
+/// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell, rho its tissue's. The same numbers in
+/// every layout.
 class CellShares {
 public:
     CellShares(const Lattice& lattice, const Material& material, const LatticeAxes& axes);
 
     struct Node {
         std::array<double, 7> stiffness; ///< k h, N; in the order of kernels::LatticeLayer
-        int cells;                       ///< that touch the node: nonzero makes it a node of the body
+        double volume;                   ///< kappa h^2 / 32 of the cell whose low corner it is, N
+        double cells; ///< that touch the node, by their density over the material's: nonzero makes it one of the body
     };
     /// Of the grid node at this place along the layout's axes.
     Node at(const std::array<std::size_t, 3>& place) const;
 
-    double mass(int cells) const { return cell_mass_ * cells; }
-    double inverse_mass(int cells) const { return 1 / (mass(cells) * lattice_.cell_size()); } ///< 1 / (m h)
+    double mass(double cells) const { return cell_mass_ * cells; }
+    double inverse_mass(double cells) const { return 1 / (mass(cells) * lattice_.cell_size()); } ///< 1 / (m h)
     double volume_ratio() const { return volume_ratio_; } ///< kappa h^2 / (32 k_c h)
     double crush_ratio() const { return crush_ratio_; }   ///< of crush_modulus(), likewise
 
 private:
-    double scale_at(const std::array<int, 3>& place) const;
+    /// Of the body's material and the tissues, by number.
+    struct Own {
+        double volume;  ///< kappa h^2 / 32 at the scale 1
+        double density; ///< over the material's
+    };
+    struct Cell {
+        double scale; ///< zero outside
+        std::size_t tissue;
+    };
+    Cell cell_at(const std::array<int, 3>& place) const;
 
     const Lattice& lattice_;
     LatticeAxes axes_;
     double edge_, face_, cube_, cell_mass_, volume_ratio_, crush_ratio_;
+    std::vector<Own> own_;
 };
 
 /// A lattice in memory: what flat_rows() and active_rows() fill, each in its own order, and what a sweep from plane to
@@ -60,6 +72,7 @@ struct LatticeArrays {
     std::vector<std::size_t> stiffness_begin;
     double cell_size = 0;
     AlignedArray<T> stiffness[7];           ///< k h, N; with springs on means the last alone; no void face diagonals
+    AlignedArray<T> volume;                 ///< kappa h^2 / 32, N, where tissues have their own; else nothing
     AlignedArray<T> inverse_mass;           ///< 1 / (m h); 0 at void nodes
     std::vector<VectorNeighbors> neighbors; ///< active-rows
     std::size_t width = 0;                  ///< active-rows: lanes of a vector
@@ -73,8 +86,8 @@ struct LatticeArrays {
     std::size_t bytes() const;
 
     /// Room for `elements`, and for so many of the stiffness that the material has, and what fills the last vector of
-    /// the widest kind: loops over whole arrays have no tail.
-    void allocate(std::size_t elements, std::size_t stiffness_elements, const Material& material);
+    /// the widest kind: loops over whole arrays have no tail. `own_volumes`: of the tissues.
+    void allocate(std::size_t elements, std::size_t stiffness_elements, const Material& material, bool own_volumes);
     /// Where the stiffness of planes begins that share none.
     std::vector<std::size_t> own_stiffness() const { return {begin.begin(), begin.end() - 1}; }
     /// Gives every plane a stiffness of its own, so that its nodes can be set apart. Changes nothing where memory does

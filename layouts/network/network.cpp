@@ -86,7 +86,7 @@ bool is_upright_cube(const Network& network, const Network::Cell& cell) {
 } // namespace
 
 Network Network::from_lattice(const Lattice& lattice, const Material& material) {
-    validate(material);
+    validate(lattice, material);
     if (material.crush.any()) {
         throw std::invalid_argument(
             "crush resistance given for a network: a lattice with it needs the layout flat-rows "
@@ -114,7 +114,21 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
     if (on_means) {
         network.means = {constants, pattern_constants(material, h)};
     }
-    const double kappa = network.volume_energy == VolumeEnergy::none ? 0.0 : volume_modulus(material);
+    std::vector<double> kappas, cell_masses; // by tissue
+    for (std::size_t tissue = 0; tissue <= lattice.tissues().size(); ++tissue) {
+        const Material own = material_of(lattice, tissue, material);
+        const VolumeEnergy energy = resolved_volume_energy(own);
+        kappas.push_back(energy == VolumeEnergy::none ? 0.0 : volume_modulus(own));
+        cell_masses.push_back(own.density * h * h * h / 8);
+        if (network.volume_energy == VolumeEnergy::none) {
+            network.volume_energy = energy;
+        }
+        if (energy != VolumeEnergy::none && energy != network.volume_energy) {
+            throw std::invalid_argument(
+                "tissues with poisson_ratio on both sides of 0.25 given for a network, which has "
+                "one volume energy: such a lattice needs the layout flat-rows or active-rows");
+        }
+    }
 
     const auto add_springs = [&](std::span<const SpringKind> kinds, double share, int i, int j, int k) {
         for (const SpringKind& kind : kinds) {
@@ -142,14 +156,15 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
                     add_springs(kCubeDiagonals, constants.cube_diagonal, i, j, k);
                 }
                 if (const double s = scale(i, j, k); s > 0) {
-                    Cell cell{{}, kappa * s, on_means ? s : 0};
+                    const std::size_t tissue = lattice.cell_tissue(lattice.cell_index(i, j, k));
+                    Cell cell{{}, kappas[tissue] * s, on_means ? s : 0};
                     for (int corner = 0; corner < 8; ++corner) {
                         const auto node = static_cast<std::size_t>(number[lattice.grid_node_index(
                             i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))]);
                         cell.nodes[static_cast<std::size_t>(corner)] = static_cast<std::int32_t>(node);
-                        network.masses[node] += material.density * h * h * h / 8;
+                        network.masses[node] += cell_masses[tissue];
                     }
-                    if (kappa != 0 || on_means) {
+                    if (kappas[tissue] != 0 || on_means) {
                         network.cells.push_back(cell);
                     }
                 }

@@ -121,7 +121,7 @@ std::size_t State<T>::bytes() const {
 
 template <class T>
 Body<T>::Body(const PlanOptions& options, std::size_t nodes, kernels::Volume volume, const FrequencyBounds& frequencies,
-              const SpringStiffening& stiffening, bool crush)
+              const SpringStiffening& stiffening, bool crush, bool own_volumes)
     : workers_(useful_threads(options, nodes), options.task_runner,
                options.accuracy == Accuracy::exact ? Underflow::gradual : Underflow::to_zero),
       name_(options.layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), volume_(volume),
@@ -133,6 +133,9 @@ Body<T>::Body(const PlanOptions& options, std::size_t nodes, kernels::Volume vol
     }
     if (crush) {
         beside_.push_back({SpringLaw::crush, SpringLaw::crush_tangent, {}});
+    }
+    if (own_volumes) {
+        beside_.push_back({SpringLaw::own_volume, SpringLaw::own_volume_tangent, {}});
     }
 }
 
@@ -171,10 +174,10 @@ template <class T>
 PotentialEnergy Body<T>::energy(State<T>& state) const {
     PotentialEnergy energy = linear_energy(state);
     for (const Beside& pass : beside_) {
-        if (pass.force == SpringLaw::crush) {
-            energy.volume += crush_energy(state);
-        } else {
+        if (pass.force == SpringLaw::stiffening) {
             energy.springs += stiffening_energy(state, pass.stiffening);
+        } else {
+            energy.volume += cell_energy(state, pass.force);
         }
     }
     return energy;
@@ -211,7 +214,7 @@ void Body<T>::hessian_diagonal(State<T>& state, AlignedArray<T> (&blocks)[6], Cu
 }
 
 template <class T>
-double Body<T>::crush_energy(State<T>&) const {
+double Body<T>::cell_energy(State<T>&, SpringLaw) const {
     return 0;
 }
 
@@ -231,7 +234,9 @@ PlanDescription Body<T>::describe() const {
     PlanDescription d;
     describe_layout(d);
     for (const Beside& pass : beside_) {
-        d.kernel += pass.force == SpringLaw::crush ? " + crush resistance" : " + stiffening springs";
+        d.kernel += pass.force == SpringLaw::crush        ? " + crush resistance"
+                    : pass.force == SpringLaw::own_volume ? " + volumes of tissues"
+                                                          : " + stiffening springs";
     }
     d.instruction_set = table_->instruction_set;
     d.layout = name_;

@@ -63,8 +63,8 @@ struct State {
 /// without their negative part and cells without the curvature of their volume.
 enum class Curvature { whole, convex };
 
-/// A pass over all springs by a law of their own, beside or instead of their elasticity, or over crushed cells; or by
-/// elasticity, cells and all.
+/// A pass over all springs by a law of their own, beside or instead of their elasticity, or over cells by one of their
+/// volume's; or by elasticity, cells and all.
 template <class T>
 struct SpringPass {
     kernels::SpringLaw law;
@@ -92,9 +92,9 @@ struct CutNode {
 
 /// A body in one layout with the kernels chosen: what plans and dynamics run on. Immutable but for cuts.
 ///
-/// Where its springs stiffen or its cells resist being crushed, each pass over it has others beside it, for what their
-/// energies have beyond linear springs and the volume's. In a step these forces kick the velocities before the sweep,
-/// as a StepEffect does. A layout knows each pass alone.
+/// Where its springs stiffen, its cells resist being crushed, or tissues have volume forces of their own, each pass
+/// over it has others beside it, for what their energies have beyond linear springs and the volume's. In a step these
+/// forces kick the velocities before the sweep, as a StepEffect does. A layout knows each pass alone.
 template <class T>
 class Body {
 public:
@@ -145,8 +145,8 @@ public:
     virtual void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const = 0;
     /// J that the springs store beyond 1/2 k (|d| - l)^2 with these constants.
     virtual double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const = 0;
-    /// J that crushed cells store against that, where they can.
-    virtual double crush_energy(State<T>& state) const;
+    /// J that cells store by a law of their volume, where they can.
+    virtual double cell_energy(State<T>& state, kernels::SpringLaw law) const;
     /// 1 / (m length unit), by places as in a component of a node field, or packed with a zero as the fourth.
     virtual const AlignedArray<T>& inverse_masses() const = 0;
     const kernels::KernelTable<T>& kernel_table() const { return *table_; }
@@ -188,9 +188,10 @@ public:
     Stage move_into_stage(AlignedArray<T>* sum, AlignedArray<T>* more, std::size_t arrays, T sign) const;
 
 protected:
-    /// `nodes`: by which useful_threads() counts. `stiffening`: valid. `crush`: whether cells resist being crushed.
+    /// `nodes`: by which useful_threads() counts. `stiffening`: valid. `crush`: whether cells resist being crushed;
+    /// `own_volumes`: whether volume forces, beside `volume`, do not go by the springs' stiffness.
     Body(const PlanOptions& options, std::size_t nodes, kernels::Volume volume, const FrequencyBounds& frequencies,
-         const SpringStiffening& stiffening, bool crush = false);
+         const SpringStiffening& stiffening, bool crush = false, bool own_volumes = false);
 
     kernels::Volume volume() const { return volume_; }
     Accuracy accuracy() const { return accuracy_; }

@@ -150,13 +150,25 @@ double FrequencyBounds::critical_time_step(double stiffness_damping, double furt
 
 FrequencyBounds lattice_frequencies(const Lattice& lattice, const Material& material) {
     const double h = lattice.cell_size();
-    const CellStiffness cell = cell_stiffness(material, h);
     const auto scales = lattice.cell_scales();
-    const double largest_scale = static_cast<double>(*std::max_element(scales.begin(), scales.end()));
-    const double by_mass = largest_scale / (material.density * h * h * h / 8);
-    // The second derivative by J there, times |grad J|^2 at rest, 3/2 / h^2.
-    const double crushed = crush_modulus(material) * material.crush.ratio * 1.5 * h;
-    return {by_mass * largest_eigenvalue(cell.body), by_mass * largest_eigenvalue(cell.springs), by_mass * crushed};
+    std::vector<float> largest_scales(1 + lattice.tissues().size(), 0.0f); // by tissue
+    for (std::size_t cell = 0; cell < scales.size(); ++cell) {
+        float& largest = largest_scales[lattice.cell_tissue(cell)];
+        largest = std::max(largest, scales[cell]);
+    }
+    // The body's energy is the sum of its cells', its mass likewise: no mode is faster than the fastest cell by itself.
+    FrequencyBounds bounds;
+    for (std::size_t tissue = 0; tissue < largest_scales.size(); ++tissue) {
+        const Material own = material_of(lattice, tissue, material);
+        const CellStiffness cell = cell_stiffness(own, h);
+        const double by_mass = static_cast<double>(largest_scales[tissue]) / (own.density * h * h * h / 8);
+        // The second derivative by J there, times |grad J|^2 at rest, 3/2 / h^2.
+        const double crushed = crush_modulus(own) * own.crush.ratio * 1.5 * h;
+        bounds.body = std::max(bounds.body, by_mass * largest_eigenvalue(cell.body));
+        bounds.springs = std::max(bounds.springs, by_mass * largest_eigenvalue(cell.springs));
+        bounds.crushed = std::max(bounds.crushed, by_mass * crushed);
+    }
+    return bounds;
 }
 
 FrequencyBounds network_frequencies(const Network& network) {

@@ -49,8 +49,9 @@ void point_to(T* (&pointers)[3], AlignedArray<T>* arrays, const LatticeAxes& axe
 template <class T>
 LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, const PlanOptions& options,
                             const LatticeRows& rows)
-    : Body<T>(options, lattice.grid_node_count(), kernel_volume(material), lattice_frequencies(lattice, material),
-              material.stiffening, material.crush.any()),
+    : Body<T>(options, lattice.grid_node_count(), kernel_volume(lattice, material),
+              lattice_frequencies(lattice, material), material.stiffening, material.crush.any(),
+              has_own_volumes(lattice, material)),
       layout_(rows.active ? active_rows<T>(lattice, material, kernel_table().width)
                           : flat_rows<T>(lattice, material, rows.axes)),
       material_(material), active_(rows.active), means_(material.springs == SpringForm::means),

@@ -37,7 +37,7 @@ public:
                                      NodeField<T>& product) const override;
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
     double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
-    double crush_energy(State<T>& state) const override;
+    double cell_energy(State<T>& state, kernels::SpringLaw law) const override;
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
 
 private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace hybmss {
 namespace {
@@ -26,6 +27,10 @@ SweepKernels<T, components> sweep_kernels(const kernels::KernelTable<T>& table, 
             return {(sum.law == SpringLaw::crush ? table.lattice_crush : table.lattice_crush_product)(), nullptr,
                     table.lattice_join_product()};
         }
+        if (sum.law == SpringLaw::own_volume || sum.law == SpringLaw::own_volume_tangent) {
+            return {(sum.law == SpringLaw::own_volume ? table.lattice_volume : table.lattice_volume_product)(), nullptr,
+                    table.lattice_join_product()};
+        }
         if (means) {
             return {table.mean_product(face_diagonals, sum, accuracy), nullptr, table.lattice_join_product()};
         }
@@ -34,6 +39,9 @@ SweepKernels<T, components> sweep_kernels(const kernels::KernelTable<T>& table, 
     } else {
         if (sum.law == SpringLaw::crush_tangent) {
             return {table.lattice_crush_diagonal(), nullptr, table.lattice_join_diagonal()};
+        }
+        if (sum.law == SpringLaw::own_volume_tangent) {
+            return {table.lattice_volume_diagonal(), nullptr, table.lattice_join_diagonal()};
         }
         if (means) {
             return {table.mean_diagonal(face_diagonals, sum, accuracy), nullptr, table.lattice_join_diagonal()};
@@ -71,6 +79,12 @@ kernels::LatticeHessianLayer<T, components> LatticeBody<T>::hessian_layer(State<
     if (pass.law == kernels::SpringLaw::crush || pass.law == kernels::SpringLaw::crush_tangent) {
         layer.volume_ratio = layout_.crush_ratio;
         layer.crush_bound = static_cast<T>(material_.crush.ratio - 1);
+    }
+    if (pass.law == kernels::SpringLaw::own_volume || pass.law == kernels::SpringLaw::own_volume_tangent) {
+        layer.stiffness[6] = layout_.volume.data() + layout_.stiffness_begin[k];
+        layer.least_quadratic =
+            material_.volume_energy == VolumeEnergy::quadratic ? std::numeric_limits<T>::lowest() : 0;
+        layer.all_mean_stretch = material_.volume_energy == VolumeEnergy::mean_stretch;
     }
     return layer;
 }
@@ -169,10 +183,11 @@ double LatticeBody<T>::stiffening_energy(State<T>& state, const kernels::Stiffen
 }
 
 template <class T>
-double LatticeBody<T>::crush_energy(State<T>& state) const {
-    const auto energy = kernel_table().lattice_crush_energy();
+double LatticeBody<T>::cell_energy(State<T>& state, kernels::SpringLaw law) const {
+    const auto& table = kernel_table();
+    const auto energy = (law == kernels::SpringLaw::crush ? table.lattice_crush_energy : table.lattice_volume_energy)();
     return 32 * layout_.cell_size * this->sum_of(layout_.planes - 1, [&](std::size_t k) {
-        return energy(hessian_layer<3>(state, k, {kernels::SpringLaw::crush}, nullptr));
+        return energy(hessian_layer<3>(state, k, {law}, nullptr));
     });
 }
 
@@ -183,7 +198,7 @@ double LatticeBody<T>::crush_energy(State<T>& state) const {
                                                               NodeField<T>&) const;                                    \
     template void LatticeBody<T>::spring_diagonal(State<T>&, const SpringPass<T>&, AlignedArray<T>(&)[6]) const;       \
     template double LatticeBody<T>::stiffening_energy(State<T>&, const kernels::StiffeningConstants<T>&) const;        \
-    template double LatticeBody<T>::crush_energy(State<T>&) const;
+    template double LatticeBody<T>::cell_energy(State<T>&, kernels::SpringLaw) const;
 
 HYBMSS_INSTANTIATE(float)
 HYBMSS_INSTANTIATE(double)

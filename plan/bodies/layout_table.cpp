@@ -163,14 +163,12 @@ std::unique_ptr<Body<T>> make(const Layout& layout, const Given& given, const Pl
 } // namespace
 
 std::vector<std::string> lattice_layouts() {
-    return lattice_layouts_of({});
-}
-std::vector<std::string> lattice_layouts_of(const Material& material) {
     std::vector<std::string> names = names_where([](const Layout& layout) { return !layout.of_networks; });
-    if (!material.crush.any()) {
-        names.emplace_back(kNetwork);
-    }
+    names.emplace_back(kNetwork);
     return names;
+}
+bool can_be_network(const Lattice& lattice, const Material& material) {
+    return !material.crush.any() && !has_own_volumes(lattice, material);
 }
 std::vector<std::string> network_layouts() {
     return names_where([](const Layout& layout) { return layout.of_networks; });
@@ -196,8 +194,9 @@ std::string estimated_step_layout(const Lattice& lattice, Accuracy accuracy) {
 }
 
 std::vector<std::string> layouts_to_try(const Lattice& lattice, const Material& material) {
-    std::vector<std::string> names = lattice_layouts_of(material);
-    if (!material.crush.any()) {
+    std::vector<std::string> names = names_where([](const Layout& layout) { return !layout.of_networks; });
+    if (can_be_network(lattice, material)) {
+        names.emplace_back(kNetwork);
         for (const std::string& layout : network_layouts()) {
             if (layout != kOfNetworks.name) { // which is there by its other name
                 names.push_back(layout);
@@ -242,7 +241,7 @@ double plan_bytes(const std::string& layout, const LatticeExtent& extent, Precis
 
 template <class T>
 std::unique_ptr<Body<T>> make_body(const Lattice& lattice, const Material& material, const PlanOptions& options) {
-    validate(material);
+    validate(lattice, material);
     const Layout& layout =
         lattice_layout(options.layout.empty() ? estimated_layout(lattice, options.accuracy) : options.layout);
     if (!layout.of_networks) {

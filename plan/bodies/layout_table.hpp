@@ -16,8 +16,8 @@ namespace hybmss {
 /// flat-rows along z, which stands for all other axes.
 std::vector<std::string> distinct_lattice_layouts();
 
-/// Those of lattice_layouts() that a material can have: a network has no crush resistance.
-std::vector<std::string> lattice_layouts_of(const Material& material);
+/// Whether a lattice can be a network too: not with crush resistance, nor with volume forces of its tissues' own.
+bool can_be_network(const Lattice& lattice, const Material& material);
 
 /// The layout that a lattice gets where nothing is timed: active-rows where at most six of ten cells are filled (half
 /// at `exact`, whose bits stay) and rows cut into vectors of 16 store less than 3/4 of the grid's nodes; else

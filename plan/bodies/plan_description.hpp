@@ -1,5 +1,6 @@
 #pragma once
 
+#include "hybmss/lattice.hpp"
 #include "hybmss/network.hpp"
 #include "hybmss/plan_options.hpp"
 #include "kernels/arguments.hpp"
@@ -9,8 +10,8 @@
 
 namespace hybmss {
 
-/// That of a body's cells.
-kernels::Volume kernel_volume(const Material& material);
+/// That of a body's cells; none where tissues have volume forces of their own, which are a pass by themselves.
+kernels::Volume kernel_volume(const Lattice& lattice, const Material& material);
 kernels::Volume kernel_volume(const Network& network);
 
 /// Of cells with springs on means that have these constants, by that of the cube diagonals.

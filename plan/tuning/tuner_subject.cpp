@@ -27,16 +27,21 @@ int largest_edge(const Index& cells, std::size_t most_nodes) {
     return edge;
 }
 
-std::vector<float> window_of(const Lattice& lattice, const Index& low, const Index& size) {
-    std::vector<float> scales;
+/// value(cell) of the cells of a window.
+template <class Value>
+auto window_of(const Lattice& lattice, const Index& low, const Index& size, const Value& value) {
+    std::vector<std::decay_t<decltype(value(0))>> values;
+    values.reserve(static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+                   static_cast<std::size_t>(size[2]));
     for (int k = 0; k < size[2]; ++k) {
         for (int j = 0; j < size[1]; ++j) {
-            const auto row = lattice.cell_scales().begin() +
-                             static_cast<std::ptrdiff_t>(lattice.cell_index(low[0], low[1] + j, low[2] + k));
-            scales.insert(scales.end(), row, row + size[0]);
+            const std::size_t row = lattice.cell_index(low[0], low[1] + j, low[2] + k);
+            for (std::size_t cell = row; cell < row + static_cast<std::size_t>(size[0]); ++cell) {
+                values.push_back(value(cell));
+            }
         }
     }
-    return scales;
+    return values;
 }
 
 double fill_of(const std::vector<float>& scales) {
@@ -86,14 +91,17 @@ Lattice sample_of(const Lattice& lattice, std::size_t most_nodes) {
     const Index size = {std::min(cells[0], edge), std::min(cells[1], edge), std::min(cells[2], edge)};
     const double whole = static_cast<double>(lattice.cell_count()) / static_cast<double>(lattice.cell_scales().size());
     std::vector<float> best;
+    Index place_of_best{};
     double least = HUGE_VAL;
     const auto consider = [&](const Index& low) {
-        std::vector<float> scales = window_of(lattice, low, size);
+        std::vector<float> scales =
+            window_of(lattice, low, size, [&](std::size_t cell) { return lattice.cell_scales()[cell]; });
         const double fill = fill_of(scales), difference = std::abs(fill - whole);
         // Nothing can be timed on an empty window, however thinly the whole is filled.
         if (best.empty() || (fill > 0 && difference < least)) {
             least = fill > 0 ? difference : HUGE_VAL;
             best = std::move(scales);
+            place_of_best = low;
         }
     };
     for (int corner = 0; corner < 27 && least > 0; ++corner) {
@@ -108,7 +116,14 @@ Lattice sample_of(const Lattice& lattice, std::size_t most_nodes) {
     if (least == HUGE_VAL) {
         consider(around_first_filled_cell(lattice, size));
     }
-    return Lattice::from_cells(size[0], size[1], size[2], lattice.cell_size(), std::move(best));
+    Lattice sample = Lattice::from_cells(size[0], size[1], size[2], lattice.cell_size(), std::move(best));
+    if (!lattice.tissues().empty()) {
+        sample.set_tissues({lattice.tissues().begin(), lattice.tissues().end()},
+                           window_of(lattice, place_of_best, size, [&](std::size_t cell) {
+                               return static_cast<std::uint8_t>(lattice.cell_tissue(cell));
+                           }));
+    }
+    return sample;
 }
 
 Network sample_of(const Network& network, std::size_t most_nodes) {

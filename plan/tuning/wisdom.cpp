@@ -147,7 +147,8 @@ std::string body_class(const Lattice& lattice, const Material& material) {
     return "lattice " + precision_name<T>() +
            (material.face_diagonal_ratio > 0 ? " face-diagonals" : " no-face-diagonals") +
            (material.springs == SpringForm::means ? " springs-on-means" : "") +
-           (material.crush.any() ? " crush-resistance" : "") + volume_class(kernel_volume(material)) +
+           (material.crush.any() ? " crush-resistance" : "") +
+           (has_own_volumes(lattice, material) ? " own-volumes" : "") + volume_class(kernel_volume(lattice, material)) +
            size_class(lattice.nodes().size()) + fill_class(lattice) +
            " axes:" + word_of(axes_by_cost(lattice, true).front());
 }

@@ -64,8 +64,8 @@ void BandMatrix::solve(std::vector<double>& x) const {
 
 template <class T>
 Banded<T>::Banded(const Body<T>& body, const Lattice& lattice, const Material& material)
-    : stiffness_(material, lattice.cell_size()), unit_(body.length_unit() / lattice.cell_size()),
-      number_(body.node_count()), values_(3 * body.node_count()) {
+    : stiffness_(lattice, material), unit_(body.length_unit() / lattice.cell_size()), number_(body.node_count()),
+      values_(3 * body.node_count()) {
     for (std::size_t n = 0; n < body.node_count(); ++n) {
         places_.push_back(static_cast<std::uint32_t>(body.index_of(n)));
     }
@@ -80,16 +80,17 @@ Banded<T>::Banded(const Body<T>& body, const Lattice& lattice, const Material& m
     for (std::size_t i = 0; i < order.size(); ++i) {
         number_[order[i]] = static_cast<std::uint32_t>(i);
     }
-    std::vector<float> scales;
-    for (const float scale : lattice.cell_scales()) {
-        if (scale > 0) {
-            scales.push_back(scale);
+    std::vector<std::size_t> filled;
+    for (std::size_t cell = 0; cell < lattice.cell_scales().size(); ++cell) {
+        if (lattice.cell_scales()[cell] > 0) {
+            filled.push_back(cell);
         }
     }
     std::uint32_t far = 0;
     const SolidCells solid = SolidCells::of(lattice);
     for (std::size_t c = 0; c < solid.cells.size(); ++c) {
-        cells_.push_back({solid.cells[c].nodes, unit_ * static_cast<double>(scales[c])});
+        cells_.push_back({solid.cells[c].nodes, unit_ * static_cast<double>(lattice.cell_scales()[filled[c]]),
+                          lattice.cell_tissue(filled[c])});
         const auto [low, high] =
             std::minmax_element(solid.cells[c].nodes.begin(), solid.cells[c].nodes.end(),
                                 [&](std::uint32_t a, std::uint32_t b) { return number_[a] < number_[b]; });
@@ -114,7 +115,7 @@ void Banded<T>::update(const Potential<T>& potential) {
                 displacement[a][c] = unit_ * static_cast<double>(component_of[c].first[place * component_of[c].stride]);
             }
         }
-        stiffness_.evaluate(displacement, cell.scale, matrix);
+        stiffness_.evaluate(displacement, cell.scale, cell.tissue, matrix);
         for (std::size_t a = 0; a < 8; ++a) {
             for (std::size_t b = 0; b < 8; ++b) {
                 const std::size_t i = 3 * static_cast<std::size_t>(number_[cell.nodes[a]]),

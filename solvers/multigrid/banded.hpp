@@ -48,6 +48,7 @@ private:
     struct Cell {
         std::array<std::uint32_t, 8> nodes; ///< of the body, by corner
         double scale;                       ///< times unit_
+        std::size_t tissue;
     };
 
     const Potential<T>* potential_ = nullptr;

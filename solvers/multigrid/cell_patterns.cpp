@@ -56,7 +56,7 @@ float pattern_weight(std::size_t corner, std::size_t i) {
 
 } // namespace
 
-void CellPattern::evaluate(const CellTangents& tangents, float pull, CellMatrices& matrices) const {
+void CellPattern::evaluate(const CellTangents& tangents, const Lanes& pull, CellMatrices& matrices) const {
     const bool volume = tangents.has_volume;
     Lanes product[3][3][9]; // c a_e a_f^T
     for (std::size_t e = 0; volume && e < 3; ++e) {

@@ -42,7 +42,7 @@ struct CellPattern {
     float factor[kCornerPairs][kTerms];
 
     /// Adds nothing, sets.
-    void evaluate(const CellTangents& tangents, float pull, CellMatrices& matrices) const;
+    void evaluate(const CellTangents& tangents, const Lanes& pull, CellMatrices& matrices) const;
 };
 
 /// All patterns that the levels of a body have, each once. Cells of the same pattern differ by their deformation alone.

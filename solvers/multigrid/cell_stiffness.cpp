@@ -57,10 +57,15 @@ double volume_curvature(VolumeEnergy energy, double j) {
 
 } // namespace
 
-CellStiffness::CellStiffness(const Material& material, double h)
-    : means_(material.springs == SpringForm::means), patterns_(pattern_constants(material, h)),
-      kappa_(volume_modulus(material) * h * h), crush_(crush_modulus(material) * h * h),
-      crush_ratio_(material.crush.ratio), volume_energy_(resolved_volume_energy(material)) {
+CellStiffness::CellStiffness(const Lattice& lattice, const Material& material)
+    : means_(material.springs == SpringForm::means), patterns_(pattern_constants(material, lattice.cell_size())),
+      crush_(crush_modulus(material) * lattice.cell_size() * lattice.cell_size()), crush_ratio_(material.crush.ratio) {
+    const double h = lattice.cell_size();
+    for (std::size_t tissue = 0; tissue <= lattice.tissues().size(); ++tissue) {
+        const Material own = material_of(lattice, tissue, material);
+        volumes_.push_back({volume_modulus(own) * h * h, resolved_volume_energy(own),
+                            static_cast<float>(own.density / material.density)});
+    }
     const SpringConstants k = spring_constants(material, h);
     share_[0] = 0;
     share_[1] = means_ ? 0 : k.edge / 4 * h;
@@ -219,7 +224,8 @@ std::array<float, 3> spring_signs(std::size_t direction) {
     return {static_cast<float>(code % 3) - 1, static_cast<float>(code / 3 % 3) - 1, static_cast<float>(code / 9) - 1};
 }
 
-Lanes CellStiffness::evaluate_volume(const Lanes (&F)[9], const Lanes& scale, Lanes (&area)[9]) const {
+Lanes CellStiffness::evaluate_volume(const Lanes (&F)[9], const Lanes& scale, const std::uint8_t* tissue,
+                                     Lanes (&area)[9]) const {
     for (std::size_t e = 0; e < 3; ++e) {
         const std::size_t f = (e + 1) % 3, g = (e + 2) % 3;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -232,12 +238,14 @@ Lanes CellStiffness::evaluate_volume(const Lanes (&F)[9], const Lanes& scale, La
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const auto ratio = static_cast<double>(volume[lane]);
         const double crushed = 2 * crush_ * std::max(crush_ratio_ - ratio, 0.0);
-        stiffness[lane] = static_cast<float>(kappa_ * volume_curvature(volume_energy_, ratio - 1) + crushed);
+        const Volume& own = volumes_[tissue[lane]];
+        stiffness[lane] = static_cast<float>(own.kappa * volume_curvature(own.energy, ratio - 1) + crushed);
     }
     return scale * stiffness;
 }
 
-void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, CellTangents& tangents) const {
+void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, const std::uint8_t* tissue,
+                             CellTangents& tangents) const {
     Lanes along_dilation{}; // v . K v with the dilation v of the cell: sum over its springs of d . A d
     for (std::size_t n = 0; n < kSpringDirections; ++n) {
         const std::array<float, 3> s = spring_signs(n);
@@ -269,7 +277,7 @@ void CellStiffness::evaluate(const Lanes (&F)[9], const Lanes& scale, CellTangen
     if (means_) {
         evaluate_patterns(F, scale, tangents);
     }
-    tangents.volume_stiffness = evaluate_volume(F, scale, tangents.area);
+    tangents.volume_stiffness = evaluate_volume(F, scale, tissue, tangents.area);
     tangents.has_volume = false;
     const Lanes volume = F[0] * tangents.area[0] + F[3] * tangents.area[1] + F[6] * tangents.area[2];
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -310,7 +318,7 @@ void CellStiffness::springs_at_rest(CellMatrix& matrix) const {
 }
 
 template <class S>
-void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf<S>& matrix) const {
+void CellStiffness::evaluate(const double (&u)[8][3], double scale, std::size_t tissue, CellMatrixOf<S>& matrix) const {
     set_springs(u, scale, matrix);
     double edges[9]; // a, b, c
     for (unsigned e = 0; e < 3; ++e) {
@@ -326,12 +334,13 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf
     for (std::size_t e = 0; e < 3; ++e) {
         cross(edges + 3 * ((e + 1) % 3), edges + 3 * ((e + 2) % 3), area + 3 * e);
     }
-    if ((volume_energy_ == VolumeEnergy::none || kappa_ == 0) && crush_ == 0) {
+    const Volume& own = volumes_[tissue];
+    if ((own.energy == VolumeEnergy::none || own.kappa == 0) && crush_ == 0) {
         return;
     }
     const double volume = edges[0] * area[0] + edges[1] * area[1] + edges[2] * area[2];
     const double crushed = 2 * crush_ * std::max(crush_ratio_ - volume, 0.0);
-    double stiffness = scale * (kappa_ * volume_curvature(volume_energy_, volume - 1) + crushed);
+    double stiffness = scale * (own.kappa * volume_curvature(own.energy, volume - 1) + crushed);
     if (stiffness == 0) {
         return;
     }
@@ -362,8 +371,8 @@ void CellStiffness::evaluate(const double (&u)[8][3], double scale, CellMatrixOf
     }
 }
 
-template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<float>&) const;
-template void CellStiffness::evaluate(const double (&)[8][3], double, CellMatrixOf<double>&) const;
+template void CellStiffness::evaluate(const double (&)[8][3], double, std::size_t, CellMatrixOf<float>&) const;
+template void CellStiffness::evaluate(const double (&)[8][3], double, std::size_t, CellMatrixOf<double>&) const;
 
 void spread_half(CellMatrix& matrix, unsigned axis, bool high) {
     const std::size_t bit = std::size_t{1} << axis;

@@ -6,6 +6,8 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 namespace hybmss {
 
@@ -43,16 +45,21 @@ struct CellTangents {
 /// Lengths are in units of the cell's edge and stiffnesses in N, those of a cell of scale 1.
 class CellStiffness {
 public:
-    CellStiffness(const Material& material, double cell_size);
+    CellStiffness(const Lattice& lattice, const Material& material);
 
+    // `tissue`: the number of a cell's, or of kLanes cells.
     /// At the displacements of the corners, in units of the edge. S is float or double.
     template <class S>
-    void evaluate(const double (&displacement)[8][3], double scale, CellMatrixOf<S>& matrix) const;
+    void evaluate(const double (&displacement)[8][3], double scale, std::size_t tissue, CellMatrixOf<S>& matrix) const;
     /// At deformation gradients, by rows.
-    void evaluate(const Lanes (&gradient)[9], const Lanes& scale, CellTangents& tangents) const;
+    void evaluate(const Lanes (&gradient)[9], const Lanes& scale, const std::uint8_t* tissue,
+                  CellTangents& tangents) const;
     /// Of those the volume's stiffness, whatever else there is, and the area vectors.
-    Lanes evaluate_volume(const Lanes (&gradient)[9], const Lanes& scale, Lanes (&area)[9]) const;
+    Lanes evaluate_volume(const Lanes (&gradient)[9], const Lanes& scale, const std::uint8_t* tissue,
+                          Lanes (&area)[9]) const;
     bool on_means() const { return means_; }
+    /// Of a tissue, over the material's.
+    float density(std::size_t tissue) const { return volumes_[tissue].density; }
     /// The springs' part at rest.
     void springs_at_rest(CellMatrix& matrix) const;
 
@@ -67,10 +74,14 @@ private:
     bool means_;         ///< springs on the cell's means:
     double on_means_[4]; ///< k h, likewise
     PatternConstants patterns_; ///< by h
-    double kappa_;              ///< kappa h^2
     double crush_;              ///< crush_modulus() h^2
     double crush_ratio_;        ///< J0
-    VolumeEnergy volume_energy_;
+    struct Volume {
+        double kappa; ///< times h^2
+        VolumeEnergy energy;
+        float density; ///< over the material's
+    };
+    std::vector<Volume> volumes_; ///< by tissue
 };
 
 /// matrix = P^T matrix P along one axis, for the half of a merged cell on the low or the high side: the corners of the

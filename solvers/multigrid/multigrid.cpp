@@ -14,11 +14,6 @@ constexpr double kStiffVolume = 3, kStiffRotations = 100;
 /// Levels of at most so many nodes are solved directly.
 constexpr std::size_t kDirectNodes = 40;
 
-double volume_to_shear(const Material& material) {
-    return resolved_volume_energy(material) == VolumeEnergy::none ? 0
-                                                                  : volume_modulus(material) / shear_modulus(material);
-}
-
 /// Three terms; two more with each digit of the volume's stiffness, which slows the smoother down.
 int smoother_degree(double ratio) {
     return std::max(3, 2 + static_cast<int>(std::ceil(2 * std::log10(std::max(ratio, kStiffVolume) / kStiffVolume))));
@@ -103,12 +98,13 @@ struct Multigrid::FineLevel {
 };
 
 Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Material& material)
-    : body_(&body), workers_(&body.workers()), stiffness_(material, lattice.cell_size()), grid_{lattice.cells()},
+    : body_(&body), workers_(&body.workers()), stiffness_(lattice, material), grid_{lattice.cells()},
       unit_(body.length_unit() / lattice.cell_size()),
-      scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), node_at_(grid_.size(), kNoNode),
-      touching_(body.node_count(), 0.0f), patterns_(stiffness_.on_means()), gradients_(grid_), grid_in_(grid_),
-      grid_out_(grid_), degree_(smoother_degree(volume_to_shear(material))),
-      low_part_((volume_to_shear(material) > kStiffVolume ? 0.5 : 1.0) / (degree_ * degree_)) {
+      scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), tissues_(scales_.size()),
+      node_at_(grid_.size(), kNoNode), touching_(body.node_count(), 0.0f), patterns_(stiffness_.on_means()),
+      gradients_(grid_), grid_in_(grid_), grid_out_(grid_),
+      degree_(smoother_degree(volume_to_shear(lattice, material))),
+      low_part_((volume_to_shear(lattice, material) > kStiffVolume ? 0.5 : 1.0) / (degree_ * degree_)) {
     for (float& scale : scales_) {
         scale *= static_cast<float>(unit_);
     }
@@ -122,16 +118,20 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
         node_at_[grid_.index(static_cast<int>(nodes[n] % row), static_cast<int>(nodes[n] / row % rows),
                              static_cast<int>(nodes[n] / row / rows))] = static_cast<std::uint32_t>(n);
     }
+    for (std::size_t cell = 0; cell < tissues_.size(); ++cell) {
+        tissues_[cell] = static_cast<std::uint8_t>(lattice.cell_tissue(cell));
+    }
     std::size_t cell = 0;
     for_each_place({0, 0, 0}, {nx - 1, ny - 1, nz - 1}, [&](int i, int j, int k) {
+        const float cells = stiffness_.density(tissues_[cell]);
         if (scales_[cell++] > 0) {
             gradients_.present()[grid_.index(i, j, k)] = 1;
             for (std::size_t corner = 0; corner < 8; ++corner) {
-                touching_[node_at_[grid_.index(i, j, k) + grid_.corner_offset(corner)]] += 1;
+                touching_[node_at_[grid_.index(i, j, k) + grid_.corner_offset(corner)]] += cells;
             }
         }
     });
-    const bool stiff = volume_to_shear(material) > kStiffRotations;
+    const bool stiff = volume_to_shear(lattice, material) > kStiffRotations;
     if (stiff) {
         rotations_.emplace(gradients_);
         find_rest_rotations();

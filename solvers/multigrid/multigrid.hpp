@@ -42,7 +42,8 @@ private:
         explicit Cells(CellGradients& of) : gradients(&of) {}
         CellGradients* gradients;
         std::vector<int> pattern;
-        std::vector<float> scale; ///< of those with a pattern, and kLanes more
+        std::vector<float> scale;         ///< of those with a pattern, and kLanes more
+        std::vector<std::uint8_t> tissue; ///< likewise
         /// Where `matrices` holds that of the cell, which another without a pattern is merged of; -1: nowhere.
         std::vector<std::int32_t> kept;
         std::vector<CellMatrix> matrices;
@@ -80,9 +81,10 @@ private:
     PaddedGrid grid_;
     double unit_;                        ///< the body's unit of length by the cell's edge
     std::vector<float> scales_;          ///< times unit_: matrices are by the body's unit
+    std::vector<std::uint8_t> tissues_;  ///< by cell
     std::vector<std::uint32_t> places_;  ///< of the body's nodes in the layout
     std::vector<std::uint32_t> node_at_; ///< the body's node of a padded grid node; kNoNode where there is none
-    std::vector<float> touching_;        ///< cells at each of the body's nodes
+    std::vector<float> touching_;        ///< cells at each of the body's nodes, by density over the material's
     std::vector<Run> runs_;
     CellPatterns patterns_;
     std::vector<std::uint8_t> held_; ///< by which they were found

@@ -35,6 +35,7 @@ void Multigrid::find_patterns(std::span<const std::uint8_t> held) {
     Cells& finest = cells_.front();
     finest.pattern.assign(scales_.size(), CellPatterns::kVoid);
     finest.scale = scales_;
+    finest.tissue = tissues_;
     std::size_t n = 0;
     for_each_place({0, 0, 0}, {nx - 1, ny - 1, nz - 1}, [&](int i, int j, int k) {
         const std::size_t cell = n++;
@@ -63,12 +64,14 @@ void Multigrid::find_patterns(std::span<const std::uint8_t> held) {
         }
         coarse.pattern.clear();
         coarse.scale.clear();
+        coarse.tissue.clear();
         std::int32_t kept = 0;
         fine.kept.assign(fine.pattern.size(), -1);
         for_each_place({0, 0, 0}, {to[0] - 1, to[1] - 1, to[2] - 1}, [&](int ci, int cj, int ck) {
             std::array<int, 8> patterns;
             std::array<std::size_t, 8> at;
             float scale = 0;
+            std::uint8_t tissue = 0;
             bool alike = true;
             for (unsigned half = 0; half < 8; ++half) {
                 const auto place = [&](unsigned c, int coarse_place) {
@@ -83,14 +86,16 @@ void Multigrid::find_patterns(std::span<const std::uint8_t> held) {
                 }
                 if (patterns[half] != CellPatterns::kVoid) {
                     const float own = fine.scale[at[half]];
-                    alike = alike && (scale == 0 || scale == own);
+                    alike = alike && (scale == 0 || (scale == own && tissue == fine.tissue[at[half]]));
                     scale = own;
+                    tissue = fine.tissue[at[half]];
                 }
             }
             const bool any = std::ranges::any_of(patterns, [](int p) { return p != CellPatterns::kVoid; });
             const int pattern = any && !alike ? CellPatterns::kNone : patterns_.merged(axes, patterns);
             coarse.pattern.push_back(pattern);
             coarse.scale.push_back(scale);
+            coarse.tissue.push_back(tissue);
             coarse.gradients->present()[coarse.gradients->grid().index(ci, cj, ck)] = any;
             for (std::size_t half = 0; half < 8; ++half) {
                 if (pattern == CellPatterns::kNone && patterns[half] != CellPatterns::kVoid) {
@@ -102,9 +107,11 @@ void Multigrid::find_patterns(std::span<const std::uint8_t> held) {
             fine.matrices.resize(static_cast<std::size_t>(kept));
         }
         fine.scale.resize(fine.scale.size() + kLanes);
+        fine.tissue.resize(fine.tissue.size() + kLanes);
     }
     cells_.back().kept.assign(cells_.back().pattern.size(), -1);
     cells_.back().scale.resize(cells_.back().scale.size() + kLanes);
+    cells_.back().tissue.resize(cells_.back().tissue.size() + kLanes);
 }
 
 void Multigrid::find_gradients(const Potential<float>& potential) {
@@ -121,7 +128,7 @@ void Multigrid::add_layer(std::size_t level, int k, const Potential<float>& pote
     const PaddedGrid& grid = cells.gradients->grid();
     const auto row = static_cast<std::size_t>(grid.cells[0]), rows = static_cast<std::size_t>(grid.cells[1]);
     const std::span<const double> pulls = potential.pull_stiffness();
-    // The same for every cell at every corner: masses follow the cells' number.
+    // The same for every cell of a tissue at every corner: masses follow the cells' number.
     const float pull = pulls.empty() ? 0.0f : static_cast<float>(pulls[0]) / touching_[0];
     CellTangents tangents;
     CellMatrices matrices;
@@ -151,8 +158,13 @@ void Multigrid::add_layer(std::size_t level, int k, const Potential<float>& pote
                 for (std::size_t e = 0; e < 9; ++e) {
                     gradient[e] = load_lanes_at(cells.gradients->entries()[e].data() + grid.index(x, y, k));
                 }
-                stiffness_.evaluate(gradient, load_lanes_at(cells.scale.data() + first + i), tangents);
-                patterns_[pattern].evaluate(tangents, pull, matrices);
+                const std::uint8_t* tissue = cells.tissue.data() + first + i;
+                Lanes pull_of_cells;
+                for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                    pull_of_cells[lane] = pull * stiffness_.density(tissue[lane]);
+                }
+                stiffness_.evaluate(gradient, load_lanes_at(cells.scale.data() + first + i), tissue, tangents);
+                patterns_[pattern].evaluate(tangents, pull_of_cells, matrices);
             }
             for (std::size_t lane = 0; lane < count; ++lane) {
                 if (const std::int32_t kept = cells.kept[first + i + lane]; kept >= 0) {
@@ -201,10 +213,11 @@ bool Multigrid::finest_matrix(int i, int j, int k, const Potential<float>& poten
             displacement[a][c] = unit_ * static_cast<double>(component_of[c].first[place * component_of[c].stride]);
         }
     }
-    stiffness_.evaluate(displacement, static_cast<double>(scales_[cell]), matrix);
+    stiffness_.evaluate(displacement, static_cast<double>(scales_[cell]), tissues_[cell], matrix);
     for (std::size_t a = 0; a < 8; ++a) {
         if (!pull.empty()) {
-            const auto share = static_cast<float>(pull[node[a]]) / touching_[node[a]];
+            const auto share =
+                static_cast<float>(pull[node[a]]) / touching_[node[a]] * stiffness_.density(tissues_[cell]);
             for (const std::size_t e : {0u, 4u, 8u}) {
                 matrix.block[a][a][e] += share;
             }
@@ -322,7 +335,8 @@ void Multigrid::find_rotations() {
                     F[e] = load_lanes_at(gradients_.entries()[e].data() + at + i);
                 }
                 const Lanes own = load_lanes_at(scales.data() + first + i);
-                const Lanes stiffness = stiffness_.evaluate_volume(F, own, area);
+                const Lanes stiffness =
+                    stiffness_.evaluate_volume(F, own, cells_.front().tissue.data() + first + i, area);
                 for (std::size_t lane = 0; lane < std::min(kLanes, length - i); ++lane) {
                     const std::size_t place = margin + at + i + lane;
                     scale[place] = own[lane];

@@ -24,19 +24,38 @@ Place place_of(std::uint32_t grid_node, const std::array<int, 3>& cells) {
 Lattice merged(const Lattice& fine) {
     const auto [nx, ny, nz] = fine.cells();
     std::vector<float> scales;
+    std::vector<std::uint8_t> tissues; // of most of what a cell is merged of
     scales.reserve(fine.cell_scales().size() / 8);
+    tissues.reserve(scales.capacity());
     for (int k = 0; k < nz; k += 2) {
         for (int j = 0; j < ny; j += 2) {
             for (int i = 0; i < nx; i += 2) {
                 float sum = 0;
+                std::array<std::uint8_t, 8> of_filled{};
+                std::size_t filled = 0;
                 for (int corner = 0; corner < 8; ++corner) {
-                    sum += fine.cell_scale(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2));
+                    const std::size_t cell =
+                        fine.cell_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2));
+                    sum += fine.cell_scales()[cell];
+                    if (fine.cell_scales()[cell] > 0) {
+                        of_filled[filled++] = static_cast<std::uint8_t>(fine.cell_tissue(cell));
+                    }
                 }
+                const auto count = [&](std::uint8_t tissue) {
+                    return std::count(of_filled.begin(), of_filled.begin() + filled, tissue);
+                };
                 scales.push_back(sum / 8);
+                tissues.push_back(
+                    *std::max_element(of_filled.begin(), of_filled.end(),
+                                      [&](std::uint8_t a, std::uint8_t b) { return count(a) < count(b); }));
             }
         }
     }
-    return Lattice::from_cells(nx / 2, ny / 2, nz / 2, 2 * fine.cell_size(), std::move(scales));
+    Lattice coarse = Lattice::from_cells(nx / 2, ny / 2, nz / 2, 2 * fine.cell_size(), std::move(scales));
+    if (!fine.tissues().empty()) {
+        coarse.set_tissues({fine.tissues().begin(), fine.tissues().end()}, std::move(tissues));
+    }
+    return coarse;
 }
 
 } // namespace

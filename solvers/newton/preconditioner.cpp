@@ -198,6 +198,17 @@ void BlockJacobi<T>::correct(const NodeVector<T>& from, const NodeVector<T>* pro
 template class BlockJacobi<float>;
 template class BlockJacobi<double>;
 
+double volume_to_shear(const Lattice& lattice, const Material& material) {
+    const auto ratio = [](const Material& own) {
+        return resolved_volume_energy(own) == VolumeEnergy::none ? 0 : volume_modulus(own) / shear_modulus(own);
+    };
+    double largest = ratio(material);
+    for (std::size_t tissue = 1; tissue <= lattice.tissues().size(); ++tissue) {
+        largest = std::max(largest, ratio(material_of(lattice, tissue, material)));
+    }
+    return largest;
+}
+
 namespace {
 
 /// What a static solve may take, in Hessian products.
@@ -212,8 +223,7 @@ Expected expected(const Lattice& lattice, const Material& material, double reach
     if (filled == 0) {
         return {0, 0};
     }
-    const bool volume = resolved_volume_energy(material) != VolumeEnergy::none;
-    const double stiff = volume ? std::max(volume_modulus(material) / shear_modulus(material), 0.0) : 0.0;
+    const double stiff = std::max(volume_to_shear(lattice, material), 0.0);
     const double length = static_cast<double>(longest) * longest / shortest;
     return {9.2 * std::min(length * std::pow(1 + stiff, 0.44), reach),
             (200 + 83 * std::pow(1 + stiff, 0.62)) * box / filled};

@@ -62,6 +62,9 @@ private:
 extern template class BlockJacobi<float>;
 extern template class BlockJacobi<double>;
 
+/// kappa / G, the largest of a lattice's tissues; 0 without volume energy.
+double volume_to_shear(const Lattice& lattice, const Material& material);
+
 /// Whether multigrid is likely to take less time than block Jacobi for a solve of the lattice.
 ///
 /// A rule in Hessian products, from `hybmss-study bench solvers`: with n cells along the longest edge, more for a

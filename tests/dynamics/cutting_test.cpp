@@ -179,6 +179,11 @@ TEST_P(Cutting, of_bodies_with_holes_and_other_shapes_down_to_nothing) {
         Material stiffening = soft(0.4, 1);
         stiffening.stiffening = {1, 3};
         cut_while_moving<double>(lattice, stiffening, options(), 1, 5, seed_);
+        Lattice tissues = lattice;
+        std::vector<std::uint8_t> of_cells(scales.size());
+        std::generate(of_cells.begin(), of_cells.end(), [&] { return static_cast<std::uint8_t>(engine() % 3); });
+        tissues.set_tissues({{0.45, 3000}, {0.1, 500}}, std::move(of_cells));
+        cut_while_moving<double>(tissues, soft(0.25, 1), options(), 1, 5, seed_);
     }
 }
 

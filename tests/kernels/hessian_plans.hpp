@@ -77,7 +77,7 @@ template <class T, class Check>
 void for_every_plan(const Lattice& lattice, const Material& material, const Check& check) {
     const std::vector<std::string> networks = network_layouts();
     for (const std::string& layout : distinct_lattice_layouts()) {
-        if (lattice_layouts_of(material).size() < lattice_layouts().size() &&
+        if (!can_be_network(lattice, material) &&
             std::find(networks.begin(), networks.end(), layout) != networks.end()) {
             continue;
         }

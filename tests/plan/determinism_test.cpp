@@ -70,6 +70,23 @@ TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfActiveRows) {
     }
 }
 
+TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfTissues) {
+    Lattice lattice = eight_slabs();
+    std::vector<std::uint8_t> of_cells(lattice.cell_scales().size());
+    for (std::size_t c = 0; c < of_cells.size(); ++c) {
+        of_cells[c] = static_cast<std::uint8_t>(c % 7 / 3);
+    }
+    lattice.set_tissues({{0.1, 2000}, {0.49, 500}}, std::move(of_cells));
+    PlanOptions options;
+    options.instruction_set = available_instruction_sets().back();
+    options.threads = 1;
+    const std::uint64_t one = bits<TypeParam>(lattice, options, kSteps, 1);
+    for (int threads : {2, 3, 8}) {
+        options.threads = threads;
+        EXPECT_EQ(bits<TypeParam>(lattice, options, kSteps, threads), one) << threads;
+    }
+}
+
 TYPED_TEST(Determinism, ThreadsDoNotChangeABitOfALyingBar) {
     PlanOptions options;
     options.instruction_set = available_instruction_sets().back();

@@ -16,7 +16,7 @@ struct Box {
 };
 
 void expect_galerkin(const Material& material, const Box& box, bool twice, Random& random) {
-    const CellStiffness stiffness(material, 0.5);
+    const CellStiffness stiffness(Lattice::box(1, 1, 1, 0.5), material);
     float gradient[9];
     Lanes lanes[9];
     for (std::size_t e = 0; e < 9; ++e) {
@@ -51,7 +51,7 @@ void expect_galerkin(const Material& material, const Box& box, bool twice, Rando
         const auto held = static_cast<unsigned>(box.held[place]);
         cells[place] = patterns.cell(held);
         CellMatrix matrix;
-        stiffness.evaluate(u, scale, matrix);
+        stiffness.evaluate(u, scale, 0, matrix);
         for (std::size_t a = 0; a < 8; ++a) {
             for (std::size_t e : {0u, 4u, 8u}) {
                 matrix.block[a][a][e] += static_cast<float>(pull);
@@ -84,8 +84,9 @@ void expect_galerkin(const Material& material, const Box& box, bool twice, Rando
     EXPECT_EQ(patterns.merged(box.axes, cells), twice ? pattern - 1 : pattern) << "each once";
     CellTangents tangents;
     CellMatrices matrices;
-    stiffness.evaluate(lanes, in_every_lane(static_cast<float>(scale)), tangents);
-    patterns[pattern].evaluate(tangents, static_cast<float>(pull), matrices);
+    const std::uint8_t tissue[kLanes] = {};
+    stiffness.evaluate(lanes, in_every_lane(static_cast<float>(scale)), tissue, tangents);
+    patterns[pattern].evaluate(tangents, in_every_lane(static_cast<float>(pull)), matrices);
     float largest = 0;
     for (std::size_t a = 0; a < 8; ++a) {
         for (float entry : expected.block[a][a]) {
