@@ -70,9 +70,15 @@ std::string labels_line(const Scene& scene) {
         }
         const auto label = std::find_if(scene.labels.begin(), scene.labels.end(),
                                         [value](const Label& each) { return each.value == value; });
-        const double young_modulus = label == scene.labels.end() ? scene.material.young_modulus : label->young_modulus;
-        line += fmt::format("{}{}: {} cells of {:g} Pa", line.empty() ? "" : "; ", value, counts[value], young_modulus);
-        line += young_modulus > 0 ? "" : ", left out";
+        const Material own = label == scene.labels.end() ? scene.material : material_of(*label, scene.material);
+        line +=
+            fmt::format("{}{}: {} cells of {:g} Pa", line.empty() ? "" : "; ", value, counts[value], own.young_modulus);
+        if (!(own.young_modulus > 0)) {
+            line += ", left out";
+            continue;
+        }
+        line += own.poisson_ratio == scene.material.poisson_ratio ? "" : fmt::format(", nu {:g}", own.poisson_ratio);
+        line += own.density == scene.material.density ? "" : fmt::format(", {:g} kg/m^3", own.density);
     }
     return line;
 }

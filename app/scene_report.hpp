@@ -15,7 +15,8 @@ std::string body_line(const Simulation& simulation, const SimulationOptions& opt
 /// "2 parts that share no face with each other: 1200 and 3 cells"; "" for a body in one piece.
 std::string parts_line(const Lattice& lattice);
 
-/// "1: 1200 cells of 3000 Pa; 2: 30 cells of 9000 Pa"; "" for a body without labels.
+/// "1: 1200 cells of 3000 Pa; 2: 30 cells of 9000 Pa, nu 0.4, 1100 kg/m^3", what is the scene's left out; "" for a body
+/// without labels.
 std::string labels_line(const Scene& scene);
 
 std::string summary_table(const Simulation& simulation, const Summary& summary);

@@ -214,7 +214,8 @@ void Simulation::Implementation::list_cells() {
 
 double Simulation::Implementation::energy_of(const BodyCell& cell, std::span<const Vector3> displacements,
                                              std::span<const Vector3> velocities) const {
-    const double h = lattice.cell_size(), mass = scene.material.density * h * h * h / 8;
+    const Material material = material_of(lattice, lattice.cell_tissue(cell.cell), scene.material);
+    const double h = lattice.cell_size(), mass = material.density * h * h * h / 8;
     const Vector3& g = gravity;
     std::array<Vector3, 8> u{};
     double energy = 0;
@@ -225,7 +226,7 @@ double Simulation::Implementation::energy_of(const BodyCell& cell, std::span<con
             energy += mass * (0.5 * velocities[n][a] * velocities[n][a] - g[a] * u[corner][a]);
         }
     }
-    return energy + cell_energy(scene.material, h, static_cast<double>(lattice.cell_scales()[cell.cell]), u);
+    return energy + cell_energy(material, h, static_cast<double>(lattice.cell_scales()[cell.cell]), u);
 }
 
 std::size_t Simulation::Implementation::cut(std::span<const std::uint32_t> wanted) {

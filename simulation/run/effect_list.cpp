@@ -38,8 +38,24 @@ std::string patterns(const Simulation& s) {
                    k.bending, k.twist + k.joint_twist);
 }
 
+/// Of the scene's material or a label's.
+bool has_volume_force(const Scene& scene) {
+    return resolved_volume_energy(scene.material) != VolumeEnergy::none ||
+           std::any_of(scene.labels.begin(), scene.labels.end(), [&](const Label& label) {
+               return label.young_modulus > 0 &&
+                      resolved_volume_energy(material_of(label, scene.material)) != VolumeEnergy::none;
+           });
+}
+
 std::string volume_force(const Simulation& s) {
     const Material& material = s.scene().material;
+    if (has_own_volumes(s.lattice(), material)) {
+        return printed("%s, cell by cell", material.volume_energy == VolumeEnergy::automatic
+                                               ? "quadratic energy (poisson_ratio >= 0.25) and mean stretch (below)"
+                                           : material.volume_energy == VolumeEnergy::quadratic
+                                               ? "quadratic energy (as asked)"
+                                               : "mean stretch energy (as asked)");
+    }
     const bool quadratic = resolved_volume_energy(material) == VolumeEnergy::quadratic;
     const char* why = material.volume_energy != VolumeEnergy::automatic ? "as asked"
                       : quadratic                                       ? "automatic: poisson_ratio >= 0.25"
@@ -101,6 +117,33 @@ std::string contact(const Simulation& s) {
     return text;
 }
 
+bool has_own_ratio(const Scene& scene) {
+    return scene.material.volume_energy != VolumeEnergy::none &&
+           std::any_of(scene.labels.begin(), scene.labels.end(), [&](const Label& label) {
+               return label.young_modulus > 0 &&
+                      label.poisson_ratio.value_or(scene.material.poisson_ratio) != scene.material.poisson_ratio;
+           });
+}
+std::string volumes_of_tissues(const Simulation& s) {
+    std::string text;
+    for (std::size_t tissue = 1; tissue <= s.lattice().tissues().size(); ++tissue) {
+        const Material own = material_of(s.lattice(), tissue, s.scene().material);
+        text += printed("%spoisson_ratio = %g makes kappa = %.3g G", text.empty() ? "" : ", ", own.poisson_ratio,
+                        volume_modulus(own) / shear_modulus(own));
+    }
+    return text;
+}
+
+/// The last quarter of the cells is a tissue of its own.
+void add_tumour(Scene& scene) {
+    const auto cells = static_cast<std::size_t>(scene.body.cells[0] * scene.body.cells[1] * scene.body.cells[2]);
+    scene.body.labels.assign(cells, 1);
+    std::fill(scene.body.labels.end() - static_cast<std::ptrdiff_t>((cells + 3) / 4), scene.body.labels.end(),
+              std::uint8_t{2});
+    const double E = scene.material.young_modulus;
+    scene.labels = {{1, E, {}, {}}, {2, E, scene.material.poisson_ratio < 0.25 ? 0.45 : 0.1, {}}};
+}
+
 /// A rough floor that the body's lower face touches.
 void add_ground(Scene& scene) {
     SceneObstacle ground;
@@ -125,14 +168,21 @@ constexpr EffectRule kEffects[] = {
      [](Scene& s) { s.material.springs = SpringForm::means; },
      [](Scene& s) { s.material.springs = SpringForm::nodes; }},
     {"volume force", "`material.poisson_ratio` other than 1/4, unless `volume_energy = \"none\"`",
-     "a variant of the sweep", "", "nothing", true,
-     [](const Scene& s) { return resolved_volume_energy(s.material) != VolumeEnergy::none; }, volume_force,
-     no_volume_force,
+     "a variant of the sweep", "", "nothing", true, has_volume_force, volume_force, no_volume_force,
      [](Scene& s) {
          s.material.poisson_ratio = 0.4;
          s.material.volume_energy = VolumeEnergy::automatic;
      },
      [](Scene& s) { s.material.volume_energy = VolumeEnergy::none; }},
+    {"volumes of tissues", "`label.poisson_ratio` other than the material's",
+     "a sweep over the cells' volumes in place of a variant, and a kick of the velocities", "lattice_volume, kick",
+     "4 numbers a node", true, has_own_ratio, volumes_of_tissues,
+     [](const Scene&) { return std::string("no label.poisson_ratio, or that of [material]"); }, add_tumour,
+     [](Scene& s) {
+         for (Label& label : s.labels) {
+             label.poisson_ratio.reset();
+         }
+     }},
     {"stiffening springs", "`material.stiffening_quadratic`, `stiffening_cubic`",
      "a sweep over the springs, and a kick of the velocities", "spring_pass<stiffening>, kick", "3 numbers a node",
      true, [](const Scene& s) { return s.material.stiffening.any(); },

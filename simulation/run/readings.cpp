@@ -83,10 +83,10 @@ double excess_stiffness(const Lattice& lattice, const Material& material,
         return 0; // whose cells bend as they should
     }
     constexpr double kMost = 20000, kGolden = 0.6180339887498949; // of cells spread by it none stand in rows
-    std::vector<double> scales;                                   // of the cells that there are, in their order
-    for (const float scale : lattice.cell_scales()) {
-        if (scale > 0) {
-            scales.push_back(static_cast<double>(scale));
+    std::vector<std::size_t> filled;                              // the cells that there are, in their order
+    for (std::size_t cell = 0; cell < lattice.cell_scales().size(); ++cell) {
+        if (lattice.cell_scales()[cell] > 0) {
+            filled.push_back(cell);
         }
     }
     const double h = lattice.cell_size(), count = static_cast<double>(cells.size()), looks = std::min(count, kMost);
@@ -106,9 +106,11 @@ double excess_stiffness(const Lattice& lattice, const Material& material,
                 }
             }
         }
-        whole += cell_energy(material, h, scales[c], u);
-        mean += cell_energy(material, h, scales[c], affine);
-        volume += scales[c] * h * h * h;
+        const double scale = static_cast<double>(lattice.cell_scales()[filled[c]]);
+        const Material own = material_of(lattice, lattice.cell_tissue(filled[c]), material);
+        whole += cell_energy(own, h, scale, u);
+        mean += cell_energy(own, h, scale, affine);
+        volume += scale * h * h * h;
     }
     const double strain = 64 * epsilon * greatest / h, excess = 2.0 / 3 * (whole - mean);
     return whole > material.young_modulus * strain * strain * volume && excess > 0 ? excess / (whole - excess) : 0;
@@ -193,8 +195,14 @@ long Simulation::Implementation::steps_between_checks() const {
 
 std::string Simulation::Implementation::blow_up(const Energies& e) const {
     const SpringStiffening& stiffening = scene.material.stiffening;
+    double kappa = 0, least_ratio = scene.material.poisson_ratio;
+    for (std::size_t tissue = 0; tissue <= lattice.tissues().size(); ++tissue) {
+        const Material own = material_of(lattice, tissue, scene.material);
+        kappa = std::max(kappa, std::abs(volume_modulus(own)));
+        least_ratio = std::min(least_ratio, own.poisson_ratio);
+    }
     const double bound = 1e4 * (1 + std::abs(stiffening.quadratic) + stiffening.cubic) *
-                         (scene.material.young_modulus + std::abs(volume_modulus(scene.material))) * body_volume();
+                         (scene.material.young_modulus + kappa) * body_volume();
     const double potential = e.springs + e.volume;
     const char* cause = !std::isfinite(potential) || !std::isfinite(e.kinetic) || !std::isfinite(e.external)
                             ? "the state is not finite any more"
@@ -204,9 +212,9 @@ std::string Simulation::Implementation::blow_up(const Energies& e) const {
         return "";
     }
     // Below nu = 1/4 the volume energy of inverted cells has no lower bound: no step is small enough for them.
-    const char* inverted = scene.material.poisson_ratio < 0.25 ? "; cells that turn inside out do this below "
-                                                                 "poisson_ratio = 0.25, whatever the step"
-                                                               : "";
+    const char* inverted = least_ratio < 0.25 ? "; cells that turn inside out do this below poisson_ratio = 0.25, "
+                                                "whatever the step"
+                                              : "";
     return printed(
         "diverged by step %ld (t = %.6g s): %s; a smaller time_step than %.6g s, more damping or gentler motions "
         "and loads may help%s",

@@ -27,9 +27,15 @@ std::string list_of_labels(const CellCounts& counts) {
     return list;
 }
 
-/// The stiffness scale of each label in use: Young's modulus over that of the scene's material.
-std::array<float, 256> label_scales(const Scene& scene, const CellCounts& counts) {
-    std::array<float, 256> scales{};
+/// The materials of a body's cells, the scene's first, and of each label in use the number that stands for its material
+/// (Lattice::from_materials).
+struct LabelMaterials {
+    std::vector<Material> materials;
+    std::array<std::uint8_t, 256> number{};
+};
+
+LabelMaterials label_materials(const Scene& scene, const CellCounts& counts) {
+    LabelMaterials found{{scene.material}, {}};
     std::array<bool, 256> known{};
     known[0] = true;
     for (std::size_t l = 0; l < scene.labels.size(); ++l) {
@@ -39,12 +45,26 @@ std::array<float, 256> label_scales(const Scene& scene, const CellCounts& counts
             throw scene_error(scene, path + ".value", "it must be above 0, and different for each [[label]]");
         }
         const double ratio = label.young_modulus / scene.material.young_modulus;
-        if (ratio != 0 && !(ratio >= kLowestRatio && ratio <= kHighestRatio)) {
+        if (ratio != 0 && !(ratio >= kLowestRatio && ratio <= kHighestRatio && label.young_modulus <= 1e18)) {
             throw scene_error(scene, path + ".young_modulus",
-                              "it must be 0, or from 1e-6 to 1e6 times that of [material]");
+                              "it must be 0, or from 1e-6 to 1e6 times that of [material], at most 1e18");
+        }
+        if (scene.material.springs == SpringForm::means &&
+            label.poisson_ratio.value_or(scene.material.poisson_ratio) != scene.material.poisson_ratio) {
+            throw scene_error(scene, path + ".poisson_ratio", "with springs = \"means\" it must be that of [material]");
         }
         known[label.value] = true;
-        scales[label.value] = static_cast<float>(ratio);
+        if (ratio != 0) {
+            const Material own = material_of(label, scene.material);
+            const auto same = std::find(found.materials.begin(), found.materials.end(), own);
+            found.number[label.value] = static_cast<std::uint8_t>(1 + (same - found.materials.begin()));
+            if (same == found.materials.end()) {
+                found.materials.push_back(own);
+            }
+            if (found.materials.size() > 255) {
+                throw scene_error(scene, path + ".value", "there may be 254 materials beside that of [material]");
+            }
+        }
     }
     for (std::size_t value = 1; value < counts.size(); ++value) {
         if (counts[value] == 0) {
@@ -56,17 +76,25 @@ std::array<float, 256> label_scales(const Scene& scene, const CellCounts& counts
                                   "it has the labels " + list_of_labels(counts) +
                                       "; where there is more than one, each must have a [[label]] with its stiffness");
             }
-            scales[value] = 1;
+            found.number[value] = 1;
         } else if (!known[value]) {
             throw scene_error(scene, body_key(scene.body),
                               "label " + std::to_string(value) + " (" + std::to_string(counts[value]) +
                                   " cells) has no [[label]]; it has the labels " + list_of_labels(counts));
         }
     }
-    return scales;
+    return found;
 }
 
 } // namespace
+
+Material material_of(const Label& label, const Material& material) {
+    Material own = material;
+    own.young_modulus = label.young_modulus;
+    own.poisson_ratio = label.poisson_ratio.value_or(material.poisson_ratio);
+    own.density = label.density.value_or(material.density);
+    return own;
+}
 
 std::string body_key(const SceneBody& body) {
     return !body.voxels.empty() ? "body.voxels" : !body.surface.empty() ? "body.surface" : "body.cells";
@@ -86,18 +114,14 @@ Lattice scene_lattice(const Scene& scene) {
     for (std::uint8_t label : body.labels) {
         ++counts[label];
     }
-    const std::array<float, 256> scales = label_scales(scene, counts);
-    std::vector<float> cells;
-    cells.reserve(body.labels.size());
-    bool filled = false;
-    for (std::uint8_t label : body.labels) {
-        cells.push_back(scales[label]);
-        filled = filled || scales[label] > 0;
-    }
-    if (!filled) {
+    const LabelMaterials of = label_materials(scene, counts);
+    std::vector<std::uint8_t> numbers(body.labels.size());
+    std::transform(body.labels.begin(), body.labels.end(), numbers.begin(),
+                   [&](std::uint8_t label) { return of.number[label]; });
+    if (std::all_of(numbers.begin(), numbers.end(), [](std::uint8_t number) { return number == 0; })) {
         throw scene_error(scene, body_key(body), "the body is empty: at least one cell must be filled");
     }
-    return Lattice::from_cells(nx, ny, nz, body.cell_size, std::move(cells));
+    return Lattice::from_materials(nx, ny, nz, body.cell_size, numbers, of.materials);
 }
 
 namespace {

@@ -79,13 +79,14 @@ constexpr KeyTable<SceneBody> kBody = {
 
 // -- [material] and [[label]]
 
+constexpr auto kPoissonRatio = inside(-1, 0.5, "inside (-1, 0.5), both ends excluded");
+constexpr auto kDensity = from(1e-9, 1e12, "at least 1e-9 and at most 1e12");
+
 constexpr Key<Material> kMaterialKeys[] = {
     {"young_modulus", "Pa", from(1e-9, 1e18, "at least 1e-9 and at most 1e18"), "required", "Young's modulus E",
      member<&Material::young_modulus>},
-    {"poisson_ratio", "", inside(-1, 0.5, "inside (-1, 0.5), both ends excluded"), "required", "Poisson's ratio nu",
-     member<&Material::poisson_ratio>},
-    {"density", "kg/m^3", from(1e-9, 1e12, "at least 1e-9 and at most 1e12"), "required", "mass per volume at rest",
-     member<&Material::density>},
+    {"poisson_ratio", "", kPoissonRatio, "required", "Poisson's ratio nu", member<&Material::poisson_ratio>},
+    {"density", "kg/m^3", kDensity, "required", "mass per volume at rest", member<&Material::density>},
     {"face_diagonal_ratio", "", kFrom0To1e6, "1", "A = k_f / k_c; 0 leaves the face diagonals out (HybMSS-FD)",
      member<&Material::face_diagonal_ratio>},
     {"springs", "", words("\"nodes\" or \"means\""), "\"nodes\"",
@@ -129,6 +130,9 @@ constexpr Key<Label> kLabelKeys[] = {
      "the label in the voxel file", member<&Label::value>},
     {"young_modulus", "Pa", from(0, kNoBound, "0, or from 1e-6 to 1e6 times that of [material]"), "required",
      "Young's modulus of its cells; 0 leaves them out", member<&Label::young_modulus>},
+    {"poisson_ratio", "", kPoissonRatio, "that of [material]", "nu of its cells; not with `springs = \"means\"`",
+     member<&Label::poisson_ratio>},
+    {"density", "kg/m^3", kDensity, "that of [material]", "of its cells", member<&Label::density>},
 };
 
 void complete_label(const GivenTable& given, Label& label) {
@@ -140,9 +144,8 @@ void complete_label(const GivenTable& given, Label& label) {
 }
 
 constexpr KeyTable<Label> kLabel = {"label",
-                                    "The stiffness of the cells with one label. Poisson's ratio, density, "
-                                    "`face_diagonal_ratio`, `springs` and `volume_energy` are "
-                                    "those of `[material]` everywhere.",
+                                    "The material of the cells with one label. All else is that of `[material]` "
+                                    "everywhere.",
                                     kLabelKeys, complete_label};
 
 // -- [[fix]], [[move]] and what loads the body

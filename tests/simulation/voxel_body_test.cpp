@@ -106,6 +106,28 @@ TEST_F(VoxelBody, labels_have_their_own_stiffness) {
         12u);
 }
 
+/// The ratio of shear moduli is what springs go by; what a label does not tell is the scene's.
+TEST_F(VoxelBody, labels_have_their_own_ratio_and_density) {
+    write("two.npy", npy({2, 2, 2}, [](int i, int, int) { return 1 + 2 * i; }));
+    const auto labels = [](const std::string& more) {
+        return scene_text("voxels = \"two.npy\"\ncell_size = 1", "0.3",
+                          "[[label]]\nvalue = 1\nyoung_modulus = 1e4\n[[label]]\nvalue = 3\nyoung_modulus = 2e4\n" +
+                              more);
+    };
+    const Simulation simulation(scene(labels("poisson_ratio = 0.1\ndensity = 3000\n")));
+    const Lattice& lattice = simulation.lattice();
+    EXPECT_NEAR(lattice.cell_scale(1, 0, 0), 2 * 1.3 / 1.1, 1e-6);
+    EXPECT_EQ(lattice.cell_scale(0, 0, 0), 1.0f);
+    ASSERT_EQ(lattice.tissues().size(), 1u);
+    EXPECT_TRUE((lattice.tissues()[0] == Tissue{0.1, 3000}));
+    EXPECT_EQ(lattice.cell_tissue(0), 0u);
+    EXPECT_EQ(lattice.cell_tissue(1), 1u);
+    EXPECT_TRUE(Simulation(scene(labels("poisson_ratio = 0.3\n"))).lattice().tissues().empty());
+    expect_error(labels("poisson_ratio = 0.5\n"),
+                 "s.toml:24:17: label.poisson_ratio = 0.5: it must be inside (-1, 0.5)");
+    expect_error(labels("density = 0\n"), "s.toml:24:11: label.density = 0: it must be at least 1e-9");
+}
+
 TEST_F(VoxelBody, cell_size_may_come_from_the_file) {
     write("b.nrrd", nrrd_header("uchar", {2, 2, 2}, "raw", "spacings: 5 5 5\nunits: \"cm\" \"cm\" \"cm\"\n") +
                         std::string(8, '\x01'));

@@ -75,10 +75,12 @@ struct SceneBody {
     bool operator==(const SceneBody&) const = default;
 };
 
-/// The material of the cells with one label. Poisson's ratio, density and the rest are the scene's.
+/// The material of the cells with one label. What it does not tell is the scene's.
 struct Label {
     std::uint8_t value = 1;
-    double young_modulus = 1; ///< Pa; 0: these cells are left out
+    double young_modulus = 1;                 ///< Pa; 0: these cells are left out
+    std::optional<double> poisson_ratio = {}; ///< with springs on means, only that of the scene
+    std::optional<double> density = {};       ///< kg/m^3
     bool operator==(const Label&) const = default;
 };
 
@@ -256,6 +258,9 @@ Scene load_scene(const std::string& path);
 /// The scene as TOML text, with every default spelled out: parse_scene() makes an equal scene of it. Files are named as
 /// the scene names them. Throws SceneError where labels or an origin come from no file.
 std::string to_toml(const Scene& scene);
+
+/// The material of a label's cells, where they are not left out.
+Material material_of(const Label& label, const Material& material);
 
 /// The scene itself. Throws SceneError where a number of it is out of its key's range: for scenes filled by hand.
 Scene within_ranges(Scene scene);
