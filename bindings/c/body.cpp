@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -116,6 +117,31 @@ hybmss_status hybmss_lattice_create(const int32_t cells[3], double cell_size, co
                                  : Lattice::box(cells[0], cells[1], cells[2], cell_size);
         const std::size_t nodes = lattice.nodes().size();
         *body = new hybmss_body{LatticeBody{std::move(lattice), checked}, nodes};
+    });
+}
+
+hybmss_status hybmss_lattice_create_of_materials(const int32_t cells[3], double cell_size, const uint8_t* labels,
+                                                 size_t label_count, const hybmss_material* materials,
+                                                 size_t material_count, hybmss_body** body) {
+    return guarded([&] {
+        require(body, "body");
+        require(cells, "cells");
+        require(labels, "labels", label_count);
+        require(materials, "materials");
+        if (material_count < 1 || material_count > 255) {
+            throw std::invalid_argument("material_count = " + std::to_string(material_count) +
+                                        " is not allowed: from 1 to 255");
+        }
+        std::vector<Material> all;
+        all.reserve(material_count);
+        for (std::size_t m = 0; m < material_count; ++m) {
+            all.push_back(c_interface::material(materials + m));
+        }
+        Lattice lattice =
+            Lattice::from_materials(cells[0], cells[1], cells[2], cell_size, std::span(labels, label_count), all);
+        validate(lattice, all[0]);
+        const std::size_t nodes = lattice.nodes().size();
+        *body = new hybmss_body{LatticeBody{std::move(lattice), all[0]}, nodes};
     });
 }
 

@@ -251,6 +251,10 @@ Record read(Reader& reader) {
 } // namespace
 
 std::string record_text(const Record& record) {
+    if (!record.lattice.tissues().empty()) {
+        throw std::invalid_argument(
+            "record: it has one poisson_ratio and one density, and cannot hold cells that differ in these");
+    }
     std::string text = "hybmss-record 1\nlibrary ";
     text.append(kVersion).append("\ncells");
     for (const int count : record.lattice.cells()) {

@@ -28,6 +28,18 @@ Lattice from_scales(const py::array_t<float, py::array::f_style | py::array::for
                                std::vector<float>(scales.data(), scales.data() + scales.size()));
 }
 
+/// labels[i, j, k], likewise.
+Lattice from_materials(const py::array_t<std::uint8_t, py::array::f_style | py::array::forcecast>& labels,
+                       double cell_size, const std::vector<Material>& materials) {
+    if (labels.ndim() != 3) {
+        throw std::invalid_argument("labels: " + std::to_string(labels.ndim()) +
+                                    " dimensions are not allowed: there must be three, [x, y, z]");
+    }
+    return Lattice::from_materials(static_cast<int>(labels.shape(0)), static_cast<int>(labels.shape(1)),
+                                   static_cast<int>(labels.shape(2)), cell_size,
+                                   std::span(labels.data(), static_cast<std::size_t>(labels.size())), materials);
+}
+
 py::array_t<double> rest_positions(const Lattice& lattice) {
     const std::vector<std::uint32_t> nodes = lattice.nodes();
     py::array_t<double> positions({static_cast<py::ssize_t>(nodes.size()), py::ssize_t{3}});
@@ -89,6 +101,10 @@ void bind_bodies(py::module_& module) {
             "from_scales", &from_scales, py::arg("scales"), py::arg("cell_size"),
             "Cells with stiffness scales[x, y, z], the indices of a scene's voxel file, in any order of memory; "
             "0: no cell there.")
+        .def_static("from_materials", &from_materials, py::arg("labels"), py::arg("cell_size"), py::arg("materials"),
+                    "Cells of several materials, labels[x, y, z] as for from_scales: 0: no cell there, n: "
+                    "materials[n - 1]. The first is the body's; the others may differ from it in young_modulus, "
+                    "poisson_ratio and density.")
         .def_property_readonly("cells", &Lattice::cells, "Cells of the grid along x, y and z.")
         .def_property_readonly("cell_size", &Lattice::cell_size, "m")
         .def_property_readonly("cell_count", &Lattice::cell_count, "Cells that are there.")

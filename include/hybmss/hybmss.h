@@ -116,6 +116,14 @@ HYBMSS_EXPORT hybmss_status hybmss_lattice_create(const int32_t cells[3], double
                                                   size_t scale_count, const hybmss_material* material,
                                                   hybmss_body** body);
 
+/* The same of cells of several materials: label 0 is no cell, n is materials[n - 1], `label_count` = the number of
+ * cells. The materials, at most 255, may differ in Young's modulus, Poisson's ratio and density; with springs on means
+ * in the first and the last. */
+HYBMSS_EXPORT hybmss_status hybmss_lattice_create_of_materials(const int32_t cells[3], double cell_size,
+                                                               const uint8_t* labels, size_t label_count,
+                                                               const hybmss_material* materials, size_t material_count,
+                                                               hybmss_body** body);
+
 typedef struct hybmss_spring {
     int32_t a, b;          /* nodes, a != b */
     double stiffness;      /* N/m, >= 0 */

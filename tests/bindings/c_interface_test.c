@@ -144,6 +144,32 @@ static void networks(void) {
     hybmss_body_destroy(body);
 }
 
+/* Two cells, each of a material of its own, which share four nodes. */
+static void cells_of_materials(void) {
+    const int32_t two[3] = {1, 2, 1};
+    const uint8_t labels[2] = {1, 2}, unknown[2] = {1, 3};
+    hybmss_material both[2];
+    hybmss_body *body = NULL, *untouched = NULL;
+    hybmss_dynamics* dynamics = NULL;
+    double masses[12];
+
+    both[0] = both[1] = hybmss_default_material();
+    both[1].poisson_ratio = 0.45;
+    both[1].density = 3000;
+    OK(hybmss_lattice_create_of_materials(two, 1, labels, 2, both, 2, &body));
+    OK(hybmss_dynamics_create(body, HYBMSS_DOUBLE, NULL, &dynamics));
+    OK(hybmss_dynamics_masses(dynamics, masses, 12));
+    EXPECT(masses[0] == 1000.0 / 8 && masses[2] == 4000.0 / 8 && masses[5] == 3000.0 / 8);
+    hybmss_dynamics_destroy(dynamics);
+    hybmss_body_destroy(body);
+    REFUSED(hybmss_lattice_create_of_materials(two, 1, NULL, 2, both, 2, &untouched), "labels is null");
+    REFUSED(hybmss_lattice_create_of_materials(two, 1, unknown, 2, both, 2, &untouched), "material 3");
+    REFUSED(hybmss_lattice_create_of_materials(two, 1, labels, 2, both, 0, &untouched), "material_count = 0");
+    both[1].face_diagonal_ratio = 0;
+    REFUSED(hybmss_lattice_create_of_materials(two, 1, labels, 2, both, 2, &untouched), "only young_modulus");
+    EXPECT(untouched == NULL);
+}
+
 /* One cube on means: the same forces as a network and as a lattice. */
 static void networks_on_means(void) {
     const int32_t one[3] = {1, 1, 1};
@@ -596,6 +622,7 @@ int main(void) {
     EXPECT(strcmp(hybmss_version(), version) == 0);
     bodies();
     networks();
+    cells_of_materials();
     networks_on_means();
     layouts();
     second_derivatives();

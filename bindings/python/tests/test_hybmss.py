@@ -95,6 +95,18 @@ def test_what_is_not_allowed_is_a_value_error():
         hybmss.Lattice.from_scales(np.ones((2, 2)), 0.1)
 
 
+def test_lattice_from_materials():
+    soft = hybmss.Material(young_modulus=1e4, poisson_ratio=0.3, density=1000)
+    heavy = hybmss.Material(young_modulus=3e4, poisson_ratio=0.1, density=3000)
+    labels = np.array([[[1], [2]], [[0], [2]]])
+    body = hybmss.Lattice.from_materials(labels, 0.5, [soft, heavy])
+    assert body.cells == [2, 2, 1] and body.cell_count == 3
+    masses = hybmss.ExplicitDynamics(body, soft).masses
+    assert np.isclose(masses.sum(), (1000 + 2 * 3000) * 0.5**3, rtol=1e-15)
+    with pytest.raises(ValueError, match="material 2 of a lattice: none given"):
+        hybmss.Lattice.from_materials(labels, 0.5, [soft])
+
+
 def test_lattice_from_scales():
     scales = np.zeros((2, 3, 4))
     scales[1, 2, 3] = 1
