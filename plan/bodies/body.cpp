@@ -1,5 +1,7 @@
 #include "plan/bodies/body.hpp"
 
+#include "plan/bodies/field_checks.hpp"
+
 #include "plan/bodies/plan_description.hpp"
 
 #include <algorithm>
@@ -61,37 +63,6 @@ struct Add {
         to_interleaved(x, y, z, T(1), target, static_cast<kernels::Range>(nodes));
     }
 };
-
-[[noreturn]] void refuse(const std::string& what) {
-    throw std::invalid_argument("vector field: " + what);
-}
-
-template <class T>
-void check_view(const VectorField<T>& field, std::size_t nodes) {
-    if (field.size != nodes) {
-        throw std::invalid_argument("vector field of " + std::to_string(field.size) + " nodes given: the body has " +
-                                    std::to_string(nodes));
-    }
-    if (nodes == 0) {
-        return;
-    }
-    if (!field.x || !field.y || !field.z) {
-        refuse(std::string(1, !field.x ? 'x' : !field.y ? 'y' : 'z') + " is null");
-    }
-    if (field.stride == 0) {
-        refuse("stride = 0 is not allowed: every node has components of its own");
-    }
-}
-
-/// Whether a component of some node is another component of it or of another node, as in interleaved memory with the
-/// stride of separate arrays.
-template <class T>
-bool overlap(const T* a, const T* b, std::size_t stride, std::size_t nodes) {
-    const auto from = reinterpret_cast<std::uintptr_t>(std::min(a, b, std::less<>()));
-    const auto to = reinterpret_cast<std::uintptr_t>(std::max(a, b, std::less<>()));
-    const std::size_t apart = (to - from) / sizeof(T);
-    return apart < stride * nodes && apart % stride == 0;
-}
 
 /// visit(array, first entry, one behind the last) in pieces of `arrays` arrays of `size` entries.
 template <class Visit>
@@ -260,17 +231,12 @@ kernels::DiagonalBlocks<T> Body<T>::cleared_blocks(std::size_t size, const Sprin
 
 template <class T>
 void Body<T>::check(const VectorField<const T>& in) const {
-    check_view(in, node_count());
+    check_field(in, node_count(), "nodes", "the body");
 }
 
 template <class T>
 void Body<T>::check(const VectorField<T>& out) const {
-    check_view(out, node_count());
-    const auto stride = static_cast<std::size_t>(out.stride < 0 ? -out.stride : out.stride);
-    if (overlap(out.x, out.y, stride, out.size) || overlap(out.y, out.z, stride, out.size) ||
-        overlap(out.z, out.x, stride, out.size)) {
-        refuse("x, y and z must be different memory: with stride = " + std::to_string(out.stride) + " they share some");
-    }
+    check_field(out, node_count(), "nodes", "the body");
 }
 
 template <class T>
@@ -278,18 +244,7 @@ void Body<T>::check(const VectorField<T>& out, std::initializer_list<VectorField
     check(out);
     for (const VectorField<const T>& read : in) {
         check(read);
-        // With other strides memory may be shared as well; which, would take a walk over the nodes to tell.
-        if (read.stride != out.stride) {
-            continue;
-        }
-        const auto stride = static_cast<std::size_t>(out.stride < 0 ? -out.stride : out.stride);
-        for (const T* const a : {read.x, read.y, read.z}) {
-            for (const T* const b : {out.x, out.y, out.z}) {
-                if (overlap(a, b, stride, out.size)) {
-                    refuse("what is written must be other memory than what is read");
-                }
-            }
-        }
+        check_apart(out, read);
     }
 }
 
