@@ -57,8 +57,10 @@ std::optional<Results> open_results(const RunArguments& arguments, const Simulat
     if (arguments.out.empty()) {
         return std::nullopt;
     }
-    constexpr std::pair<const char*, const char*> kFiles[] = {
-        {"summary.json", "{\"converged\":"}, {"probes.csv", "time"}, {"body.pvd", "<?xmlversion=\"1.0\"?><VTKFile"}};
+    constexpr std::pair<const char*, const char*> kFiles[] = {{"summary.json", "{\"converged\":"},
+                                                              {"probes.csv", "time"},
+                                                              {"body.pvd", "<?xmlversion=\"1.0\"?><VTKFile"},
+                                                              {"skin.pvd", "<?xmlversion=\"1.0\"?><VTKFile"}};
     for (const auto& [name, beginning] : kFiles) {
         check_output("--out", std::filesystem::path(arguments.out) / name,
                      {beginning, {arguments.scene}, arguments.force});

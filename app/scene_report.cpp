@@ -125,6 +125,11 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
     row("relative volume change", fmt::format("{:.4f} %", 100 * s.volume.relative_volume_change));
     row("cell volume ratio",
         fmt::format("{:.6g} ... {:.6g}", s.volume.min_cell_volume_ratio, s.volume.max_cell_volume_ratio));
+    if (s.stress) {
+        const auto& [x, y, z] = s.stress->where;
+        row("stress", fmt::format("von Mises at most {:.6g} Pa, in the cell at rest at ({:.4g}, {:.4g}, {:.4g}) m",
+                                  s.stress->max_von_mises, x, y, z));
+    }
     row("energy (J)", fmt::format("springs {:.6g}, volume {:.6g}, kinetic {:.3g}, external {:.6g}", s.energies.springs,
                                   s.energies.volume, s.energies.kinetic, s.energies.external));
     if (s.removed_cells > 0) {

@@ -263,6 +263,43 @@ HYBMSS_EXPORT hybmss_status hybmss_plan_critical_time_step(const hybmss_plan* pl
  * is longer. `length` (may be null) becomes the length of the whole text; `text` may be null where `capacity` is 0. */
 HYBMSS_EXPORT hybmss_status hybmss_plan_describe(const hybmss_plan* plan, char* text, size_t capacity, size_t* length);
 
+/* ---- stress ---- */
+
+/* Of a cell, a mean over it; components of symmetric tensors: xx, yy, zz, xy, yz, xz. hybmss/stress.hpp says more. */
+typedef struct hybmss_cell_stress {
+    double first_piola[9]; /* Pa, row by row */
+    double cauchy[6];      /* Pa */
+    double green_strain[6];
+    double volume_ratio;
+    double energy_density; /* J/m^3 at rest */
+    double von_mises;      /* Pa */
+    double pressure;       /* Pa */
+} hybmss_cell_stress;
+
+/* Of a lattice: how many cells have a scale above zero. */
+HYBMSS_EXPORT hybmss_status hybmss_body_cell_count(const hybmss_body* body, size_t* count);
+/* Of a lattice: writes the stresses of those cells in index order, to `count` = cell count entries. */
+HYBMSS_EXPORT hybmss_status hybmss_body_stresses(const hybmss_body* body, const hybmss_const_field* displacements,
+                                                 hybmss_cell_stress* stresses, size_t count);
+
+/* ---- skin ---- */
+
+/* Triangles that move with a lattice: hybmss/skin.hpp says how. Not changed by use: may be used by several threads. */
+typedef struct hybmss_skin hybmss_skin;
+
+/* `vertices`: x y z at rest of each, m from the grid's low corner; `triangles`: the numbers of three of them each,
+ * counter-clockwise seen from outside. Counts are of vertices and triangles. Of the options (null: the defaults) the
+ * threads and the task runner. */
+HYBMSS_EXPORT hybmss_status hybmss_skin_create(const hybmss_body* body, hybmss_precision precision,
+                                               const double* vertices, size_t vertex_count, const uint32_t* triangles,
+                                               size_t triangle_count, const hybmss_plan_options* options,
+                                               hybmss_skin** skin);
+HYBMSS_EXPORT void hybmss_skin_destroy(hybmss_skin* skin);
+/* Sets the vertices' positions, m, and unit normals (null: none), at displacements of the body's nodes, m; fields of
+ * the skin's precision. */
+HYBMSS_EXPORT hybmss_status hybmss_skin_update(const hybmss_skin* skin, const hybmss_const_field* displacements,
+                                               const hybmss_field* positions, const hybmss_field* normals);
+
 /* ---- motion ---- */
 
 /* A body that moves by semi-implicit Euler steps, v <- (v + dt (f/m + g)) / (1 + dt c), u <- u + dt v, or by leapfrog

@@ -4,6 +4,7 @@
 /// A body given by its surface: triangles -> cells.
 
 #include "hybmss/simulation/scene.hpp"
+#include "hybmss/skin.hpp"
 
 #include <array>
 #include <cstdint>
@@ -12,10 +13,7 @@
 
 namespace hybmss {
 
-struct TriangleSurface {
-    std::vector<std::array<double, 3>> vertices; ///< m
-    std::vector<std::array<std::uint32_t, 3>> triangles;
-};
+using TriangleSurface = TriangleMesh;
 
 /// Reads an STL or OBJ file; all its objects together. Throws std::runtime_error that says what is wrong, without the
 /// file's name.

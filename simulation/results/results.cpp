@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <stdexcept>
 
 namespace hybmss {
@@ -68,6 +69,41 @@ void drop_bare_nodes(std::span<std::vector<Vector3>* const> vectors, std::vector
     }
 }
 
+/// Of the points the von Mises stress of the mean of the cells around them.
+VtuStress vtu_stress(std::span<const CellStress> stresses, std::span<const std::array<std::uint32_t, 8>> cells,
+                     std::size_t points) {
+    const std::size_t count = cells.size();
+    VtuStress drawn = {std::vector<std::array<double, 6>>(count),
+                       std::vector<std::array<double, 6>>(count),
+                       std::vector<double>(count),
+                       std::vector<double>(count),
+                       std::vector<double>(count),
+                       std::vector<double>(points)};
+    std::vector<CellStress> sums(points);
+    std::vector<double> around(points, 0.0);
+    for (std::size_t n = 0; n < count; ++n) {
+        const CellStress& stress = stresses[n];
+        drawn.cauchy_stress[n] = stress.cauchy;
+        drawn.green_strain[n] = stress.green_strain;
+        drawn.von_mises[n] = stress.von_mises();
+        drawn.pressure[n] = stress.pressure();
+        drawn.energy_density[n] = stress.energy_density;
+        if (!std::isfinite(drawn.von_mises[n] + stress.pressure() + stress.energy_density)) {
+            throw NotFinite("stress is not finite: not written");
+        }
+        for (const std::uint32_t point : cells[n]) {
+            around[point] += 1;
+            for (std::size_t s = 0; s < 6; ++s) {
+                sums[point].cauchy[s] += stress.cauchy[s];
+            }
+        }
+    }
+    for (std::size_t p = 0; p < points; ++p) {
+        drawn.at_points[p] = around[p] > 0 ? sums[p].von_mises() / around[p] : 0; // of the first degree in the stress
+    }
+    return drawn;
+}
+
 void append(std::string& row, const Vector3& values) {
     for (double v : values) {
         row += printed(",%.9g", v);
@@ -77,18 +113,25 @@ void append(std::string& row, const Vector3& values) {
 std::string frame_name(std::size_t frame) {
     return printed("body_%04zu.vtu", frame);
 }
+/// The skin's file beside a frame's.
+std::string skin_name(const std::string& frame) {
+    return "skin" + frame.substr(4, frame.size() - 8) + ".vtp";
+}
 
-/// Removes those of an earlier run from `first` on: files that have a frame's very name and begin as write_vtu() does.
+/// Removes those of an earlier run from `first` on: files that have a frame's very name and begin as its writer does.
 void remove_frames(const std::filesystem::path& directory, std::size_t first) {
     std::vector<std::filesystem::path> stale;
     for (const auto& entry : std::filesystem::directory_iterator(directory)) {
         std::size_t frame = 0;
         const std::string name = entry.path().filename().string();
-        if (std::sscanf(name.c_str(), "body_%zu.vtu", &frame) == 1 && name == frame_name(frame) && frame >= first &&
+        const bool of_skin = name.starts_with("skin_");
+        if (std::sscanf(name.c_str(), of_skin ? "skin_%zu.vtp" : "body_%zu.vtu", &frame) == 1 &&
+            name == (of_skin ? skin_name(frame_name(frame)) : frame_name(frame)) && frame >= first &&
             entry.symlink_status().type() == std::filesystem::file_type::regular) {
-            std::string beginning(kVtuBeginning.size(), ' ');
+            const std::string_view ours = of_skin ? kVtpBeginning : kVtuBeginning;
+            std::string beginning(ours.size(), ' ');
             std::ifstream(entry.path(), std::ios::binary).read(beginning.data(), std::ssize(beginning));
-            if (beginning == kVtuBeginning) {
+            if (beginning == ours) {
                 stale.push_back(entry.path());
             }
         }
@@ -96,6 +139,28 @@ void remove_frames(const std::filesystem::path& directory, std::size_t first) {
     for (const std::filesystem::path& path : stale) {
         remove_file(path);
     }
+}
+
+/// A body's mesh after cuts: without the triangles of cells that are gone, with the faces that they have laid bare.
+TriangleMesh cut_mesh(const TriangleMesh& mesh, const Lattice& whole, const Lattice& cut) {
+    using Corners = std::array<Vector3, 3>;
+    const auto corners = [](const TriangleMesh& of, const std::array<std::uint32_t, 3>& t) {
+        return Corners{of.vertices[t[0]], of.vertices[t[1]], of.vertices[t[2]]};
+    };
+    const TriangleMesh before = boundary_mesh(whole), after = boundary_mesh(cut);
+    std::set<Corners> known;
+    for (const auto& triangle : before.triangles) {
+        known.insert(corners(before, triangle));
+    }
+    TriangleMesh left = {mesh.vertices, Skin<double>(whole, mesh).triangles_left(cut)};
+    const auto first = static_cast<std::uint32_t>(left.vertices.size());
+    left.vertices.insert(left.vertices.end(), after.vertices.begin(), after.vertices.end());
+    for (const auto& t : after.triangles) {
+        if (!known.contains(corners(after, t))) {
+            left.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+        }
+    }
+    return left;
 }
 
 std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
@@ -141,7 +206,7 @@ OwnedDirectory::~OwnedDirectory() {
 Results::Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before)
     : owned_(std::move(directory)), directory_(owned_.path()), simulation_(simulation), cells_(simulation.cell_nodes()),
       cut_cells_(simulation.removed_cell_count()), probes_(directory_ / "probes.csv") {
-    for (const char* name : {"summary.json", "body.pvd", "probes.csv"}) {
+    for (const char* name : {"summary.json", "body.pvd", "skin.pvd", "probes.csv"}) {
         remove_file(directory_ / name);
     }
     probes_.stream() << "time";
@@ -216,12 +281,18 @@ void Results::record() {
         }
     }
     const std::vector<VtuObstacle> obstacles = drawn_obstacles(simulation_);
+    auto cells = cells_;
     if (cut_cells_ > 0) {
-        auto cells = cells_;
         drop_bare_nodes(std::array{&points, &u, &v, &reaction}, mass, cells);
-        write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, obstacles, mass, reaction});
-    } else {
-        write_vtu(directory_ / name, {points, cells_, u, v, ratios, labels, obstacles, mass, reaction});
+    }
+    VtuStress stress;
+    if (wanted.stress) {
+        stress = vtu_stress(simulation_.cell_stresses(), cells, points.size());
+    }
+    write_vtu(directory_ / name,
+              {points, cells, u, v, ratios, labels, obstacles, mass, reaction, wanted.stress ? &stress : nullptr});
+    if (wanted.skin) {
+        write_skin(simulation_.displacements());
     }
     frames_.emplace_back(simulation_.time(), name);
 
@@ -243,10 +314,40 @@ void Results::record() {
     rows_ += row;
 }
 
+void Results::write_skin(std::span<const Vector3> displacements) {
+    const Scene& scene = simulation_.scene();
+    if (!skin_ || skin_cut_cells_ != cut_cells_) {
+        const Lattice whole = scene_lattice(scene);
+        const TriangleMesh& given = scene.body.mesh;
+        skin_mesh_ = given.triangles.empty() ? boundary_mesh(simulation_.lattice())
+                     : cut_cells_ > 0        ? cut_mesh(given, whole, simulation_.lattice())
+                                             : given;
+        skin_.emplace(whole, skin_mesh_);
+        skin_cut_cells_ = cut_cells_;
+    }
+    std::vector<Vector3> points(skin_->vertex_count()), normals(points.size());
+    skin_->update(VectorField<const double>::aos(displacements.data()->data(), displacements.size()),
+                  VectorField<double>::aos(points.data()->data(), points.size()),
+                  VectorField<double>::aos(normals.data()->data(), normals.size()));
+    for (Vector3& point : points) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            point[a] += scene.body.origin[a];
+        }
+    }
+    write_vtp(directory_ / skin_name(frame_name(frames_.size())), {points, normals, skin_mesh_.triangles});
+}
+
 void Results::finish(const Summary& summary) {
     const std::string text = summary_json(summary); // first: where it is refused, nothing is put in place
     std::erase_if(frames_, [&](const auto& frame) { return !std::filesystem::exists(directory_ / frame.second); });
     write_pvd(directory_ / "body.pvd", frames_);
+    if (simulation_.scene().output.skin) {
+        std::vector<std::pair<double, std::string>> skins;
+        for (const auto& [time, name] : frames_) {
+            skins.emplace_back(time, skin_name(name));
+        }
+        write_pvd(directory_ / "skin.pvd", skins);
+    }
     probes_.commit();
     write_file(directory_ / "summary.json", text);
 }

@@ -1,9 +1,10 @@
 #pragma once
 
 /// \file
-/// The output directory of a run: body_NNNN.vtu, body.pvd, probes.csv, summary.json.
+/// The output directory of a run: body_NNNN.vtu, body.pvd, probes.csv, summary.json; skin_NNNN.vtp, skin.pvd.
 
 #include "hybmss/simulation/simulation.hpp"
+#include "hybmss/skin.hpp"
 #include "simulation/results/atomic_file.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,6 +12,8 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -47,16 +50,18 @@ public:
     /// `before`: what state() gave when a run was stopped that this one goes on with.
     Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before = "");
 
-    /// The present state: one .vtu file, one row of probes.csv.
+    /// The present state: one .vtu file (and one .vtp file of the skin, where it is asked for), one row of probes.csv.
     void record();
 
     /// What was recorded, for one that goes on from here. The .vtu files are not in it: they are in the directory.
     std::string state() const;
 
-    /// Puts body.pvd, probes.csv and summary.json in place.
+    /// Puts body.pvd, skin.pvd, probes.csv and summary.json in place.
     void finish(const Summary& summary);
 
 private:
+    void write_skin(std::span<const std::array<double, 3>> displacements);
+
     OwnedDirectory owned_;
     std::filesystem::path directory_;
     const Simulation& simulation_;
@@ -65,6 +70,10 @@ private:
     std::vector<std::pair<double, std::string>> frames_;
     AtomicFile probes_;
     std::string rows_; ///< of probes.csv
+    /// Of the scene's output: its mesh, at skin_cut_cells_ without what was cut away and with what that laid bare.
+    std::optional<Skin<double>> skin_;
+    TriangleMesh skin_mesh_;
+    std::size_t skin_cut_cells_ = 0;
 };
 
 /// What was chosen, as summary.json and `hybmss explain --json` hold it.

@@ -92,6 +92,11 @@ std::string summary_json(const Summary& summary) {
     if (summary.balance) {
         json["energy_balance"] = balance_json(*summary.balance);
     }
+    if (summary.stress) {
+        json["stress"] = {{"max_von_mises", summary.stress->max_von_mises},
+                          {"where", summary.stress->where},
+                          {"mean", summary.stress->mean_cauchy}};
+    }
     if (summary.accuracy) {
         json["accuracy"] = accuracy_json(*summary.accuracy);
     }

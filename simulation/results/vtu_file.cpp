@@ -68,10 +68,20 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     if (!grid.reaction.empty()) {
         appended.add(header, "Float64", "reaction", 3, grid.reaction);
     }
+    if (grid.stress) {
+        appended.add<double>(header, "Float64", "von_mises", 1, grid.stress->at_points);
+    }
     header << "</PointData>\n<CellData Scalars=\"volume_ratio\">\n";
     appended.add(header, "Float64", "volume_ratio", 1, grid.volume_ratio);
     if (!grid.label.empty()) {
         appended.add(header, "UInt8", "label", 1, grid.label);
+    }
+    if (grid.stress) {
+        appended.add<std::array<double, 6>>(header, "Float64", "cauchy_stress", 6, grid.stress->cauchy_stress);
+        appended.add<std::array<double, 6>>(header, "Float64", "green_strain", 6, grid.stress->green_strain);
+        appended.add<double>(header, "Float64", "von_mises", 1, grid.stress->von_mises);
+        appended.add<double>(header, "Float64", "pressure", 1, grid.stress->pressure);
+        appended.add<double>(header, "Float64", "energy_density", 1, grid.stress->energy_density);
     }
     header << "</CellData>\n<Points>\n";
     appended.add(header, "Float64", "Points", 3, grid.points);
@@ -84,6 +94,30 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     AtomicFile file(path);
     file.stream() << header.str() << appended.data() << "\n</AppendedData>\n</VTKFile>\n";
     file.commit();
+}
+
+void write_vtp(const std::filesystem::path& path, const VtpMesh& mesh) {
+    std::vector<std::int32_t> connectivity;
+    std::vector<std::int64_t> offsets;
+    connectivity.reserve(3 * mesh.triangles.size());
+    offsets.reserve(mesh.triangles.size());
+    for (const auto& triangle : mesh.triangles) {
+        connectivity.insert(connectivity.end(), triangle.begin(), triangle.end());
+        offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+    }
+    AppendedData appended;
+    std::ostringstream header;
+    header << kVtpBeginning << "version=\"1.0\" byte_order=\"" << kByteOrder
+           << "\" header_type=\"UInt64\">\n<PolyData>\n<Piece NumberOfPoints=\"" << mesh.points.size()
+           << "\" NumberOfPolys=\"" << mesh.triangles.size() << "\">\n<PointData Normals=\"normals\">\n";
+    appended.add(header, "Float64", "normals", 3, mesh.normals);
+    header << "</PointData>\n<Points>\n";
+    appended.add(header, "Float64", "Points", 3, mesh.points);
+    header << "</Points>\n<Polys>\n";
+    appended.add(header, "Int32", "connectivity", 1, std::span<const std::int32_t>(connectivity));
+    appended.add(header, "Int64", "offsets", 1, std::span<const std::int64_t>(offsets));
+    header << "</Polys>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
+    write_file(path, header.str() + appended.data() + "\n</AppendedData>\n</VTKFile>\n");
 }
 
 void write_pvd(const std::filesystem::path& path, std::span<const std::pair<double, std::string>> frames) {

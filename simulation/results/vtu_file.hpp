@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// VTK's XML format for unstructured grids: hexahedra with nodal vectors and one value a cell.
+/// VTK's XML formats: unstructured grids of hexahedra with nodal vectors and values of the cells, and triangles.
 
 #include <array>
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace hybmss {
 
@@ -23,6 +24,12 @@ struct VtuObstacle {
     std::array<double, 9> rotation; ///< row by row: from the obstacle's axes to space
 };
 
+/// Components of symmetric tensors: xx, yy, zz, xy, yz, xz.
+struct VtuStress {
+    std::vector<std::array<double, 6>> cauchy_stress, green_strain;     ///< of the cells
+    std::vector<double> von_mises, pressure, energy_density, at_points; ///< of the cells; von Mises of the points
+};
+
 /// What one .vtu file holds. Corners by the bits of their number (bit 0: high side in x, bit 1: y, bit 2: z).
 struct VtuGrid {
     std::span<const Vector3> points; ///< deformed positions, m
@@ -34,6 +41,7 @@ struct VtuGrid {
     std::span<const VtuObstacle> obstacles = {}; ///< as the field array "obstacles": the 16 numbers of each
     std::span<const double> mass = {};           ///< kg, one a point, or none
     std::span<const Vector3> reaction = {};      ///< N, one a point, or none
+    const VtuStress* stress = nullptr;           ///< or none
 };
 
 /// How every such file begins.
@@ -41,6 +49,15 @@ inline constexpr std::string_view kVtuBeginning = "<?xml version=\"1.0\"?>\n<VTK
 
 /// Binary (appended raw data, little endian as the machine is), written whole or not at all.
 void write_vtu(const std::filesystem::path& path, const VtuGrid& grid);
+
+/// Likewise of triangles; one normal a point.
+struct VtpMesh {
+    std::span<const Vector3> points; ///< m
+    std::span<const Vector3> normals;
+    std::span<const std::array<std::uint32_t, 3>> triangles;
+};
+inline constexpr std::string_view kVtpBeginning = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" ";
+void write_vtp(const std::filesystem::path& path, const VtpMesh& mesh);
 
 /// The list of (time in s, file name) that ParaView opens as one animation.
 void write_pvd(const std::filesystem::path& path, std::span<const std::pair<double, std::string>> frames);

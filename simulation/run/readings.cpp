@@ -260,6 +260,43 @@ std::vector<Vector3> Simulation::Implementation::reactions() const {
     return support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
 }
 
+std::vector<CellStress> Simulation::Implementation::cell_stresses() const {
+    const std::vector<std::array<std::uint32_t, 8>> corners = cell_nodes();
+    std::vector<CellStress> stresses(corners.size());
+    const std::vector<Vector3> u = displacements_of(dynamics);
+    StressMeter(lattice, scene.material, corners, u.size(), options.plan)
+        .read(VectorField<const double>::aos(u.data()->data(), u.size()), stresses);
+    return stresses;
+}
+
+StressSummary Simulation::Implementation::stress_summary() const {
+    const std::vector<std::array<std::uint32_t, 8>> corners = cell_nodes();
+    const std::vector<CellStress> stresses = cell_stresses();
+    StressSummary summary;
+    std::size_t worst = 0;
+    double volume = 0;
+    for (std::size_t n = 0; n < stresses.size(); ++n) {
+        if (stresses[n].von_mises() > summary.max_von_mises) {
+            summary.max_von_mises = stresses[n].von_mises();
+            worst = n;
+        }
+        volume += stresses[n].volume_ratio;
+        for (std::size_t s = 0; s < 6; ++s) {
+            summary.mean_cauchy[s] += stresses[n].volume_ratio * stresses[n].cauchy[s];
+        }
+    }
+    if (stresses.empty()) {
+        return summary;
+    }
+    for (double& s : summary.mean_cauchy) {
+        s /= volume;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        summary.where[axis] = 0.5 * (rest[corners[worst][0]][axis] + rest[corners[worst][7]][axis]);
+    }
+    return summary;
+}
+
 std::string Simulation::Implementation::coarseness() const {
     // Not where an accuracy was asked for, whose error is told by other meshes; nor of a body that nothing holds: what
     // bends it is its own waves after an impact, and nothing is read of those.

@@ -96,6 +96,9 @@ std::span<const double> Simulation::masses() const {
 std::vector<Vector3> Simulation::reactions() const {
     return implementation_->reactions();
 }
+std::vector<CellStress> Simulation::cell_stresses() const {
+    return implementation_->cell_stresses();
+}
 std::vector<RigidPose> Simulation::obstacle_poses() const {
     const std::span<const RigidPose> poses = implementation_->obstacles.poses();
     return {poses.begin(), poses.end()};
@@ -266,6 +269,9 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     }
     if (meter) {
         summary.balance = meter->balance();
+    }
+    if (scene.output.stress) {
+        summary.stress = stress_summary();
     }
     summary.steps = steps;
     summary.time = time();

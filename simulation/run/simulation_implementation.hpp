@@ -147,6 +147,8 @@ struct Simulation::Implementation {
     std::string blow_up(const Energies& energies) const;
     std::vector<ProbeReading> read_probes() const;
     std::vector<Vector3> reactions() const;
+    std::vector<CellStress> cell_stresses() const;
+    StressSummary stress_summary() const;
     std::span<const double> masses() const;
     std::vector<NamedObstacleReading> read_obstacles() const;
     MeteredState metered_state() const;

@@ -392,6 +392,12 @@ constexpr Key<Output> kOutputKeys[] = {
     {"reaction", "", words("true or false"), "false",
      "`reaction` of the nodes (N) in the .vtu files: the force of what fixes or moves them, 0 elsewhere",
      member<&Output::reaction>},
+    {"skin", "", words("true or false"), "false",
+     "triangles that move with the body in .vtp files: its `surface`, or the boundary of its cells",
+     member<&Output::skin>},
+    {"stress", "", words("true or false"), "false",
+     "stress, strain and energy of the cells in the .vtu files, the greatest and the mean stress in the summary",
+     member<&Output::stress>},
 };
 constexpr KeyTable<Output> kOutput = {"output", "What `--out` holds, besides the summary and the last state.",
                                       kOutputKeys};

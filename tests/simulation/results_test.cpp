@@ -386,5 +386,134 @@ TEST(VtuFields, mass_and_reaction_are_written_where_they_are_asked_for) {
     EXPECT_EQ(test::read_text(directory.path() / "r/body_0000.vtu").find("\"mass\""), std::string::npos);
 }
 
+TEST(VtuFields, stress_is_written_where_it_is_asked_for) {
+    const test::TemporaryDirectory directory;
+    for (const bool cut : {false, true}) {
+        std::string text = test::small_scene("every = 0.5", "stress = true");
+        if (cut) {
+            text += "[[cut]]\nat = 2\nbox = [[-1, -1, 1.6], [9, 9, 9]]\n";
+        }
+        test::write_text(directory.path() / "s.toml", text);
+        const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+        ASSERT_EQ(run.exit_code, 0) << run.errors;
+        EXPECT_NE(run.output.find("von Mises"), std::string::npos);
+        const std::string vtu = test::read_text(directory.path() / "r/body_0001.vtu");
+        const std::vector<double> cauchy = vtu_array<double>(vtu, "cauchy_stress"),
+                                  pressure = vtu_array<double>(vtu, "pressure"),
+                                  points = vtu_array<double>(vtu, "von_mises"), // the first of the name
+            density = vtu_array<double>(vtu, "energy_density");
+        const std::size_t cells = cut ? 18 : 24;
+        ASSERT_EQ(cauchy.size(), 6 * cells);
+        ASSERT_EQ(vtu_array<double>(vtu, "green_strain").size(), 6 * cells);
+        ASSERT_EQ(points.size(), cut ? 48u : 60u);
+        double energy = 0, largest = 0;
+        for (std::size_t n = 0; n < cells; ++n) {
+            CellStress stress;
+            std::copy_n(cauchy.begin() + static_cast<std::ptrdiff_t>(6 * n), 6, stress.cauchy.begin());
+            EXPECT_DOUBLE_EQ(pressure.at(n), stress.pressure());
+            largest = std::max(largest, stress.von_mises());
+            energy += 0.125 * density.at(n);
+        }
+        const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
+        EXPECT_NEAR(energy, json["energy"]["springs"].get<double>() + json["energy"]["volume"].get<double>(),
+                    1e-9 * energy);
+        EXPECT_NEAR(json["stress"]["max_von_mises"].get<double>(), largest, 1e-9 * largest);
+        EXPECT_GT(largest, 100);
+        EXPECT_LT(*std::max_element(points.begin(), points.end()), largest * (1 + 1e-9));
+        EXPECT_LT(json["stress"]["mean"][1].get<double>(), -100); // it is pressed along y
+    }
+    test::write_text(directory.path() / "s.toml", test::small_scene());
+    EXPECT_EQ(test::run_program("run s.toml --out r", directory.path()).exit_code, 0);
+    EXPECT_EQ(test::read_text(directory.path() / "r/body_0000.vtu").find("stress"), std::string::npos);
+    EXPECT_EQ(test::read_text(directory.path() / "r/summary.json").find("stress"), std::string::npos);
+}
+
+TEST(Skin, of_a_scene_is_the_boundary_of_its_cells_at_every_moment) {
+    const test::TemporaryDirectory directory;
+    std::string text = test::small_scene("every = 0.5", "skin = true");
+    text += "[[cut]]\nat = 2\nbox = [[-1, -1, 1.6], [9, 9, 9]]\n";
+    test::write_text(directory.path() / "s.toml", text);
+    ASSERT_EQ(test::run_program("run s.toml --out r", directory.path()).exit_code, 0);
+    for (const int frame : {0, 1}) {
+        const std::string vtp = test::read_text(directory.path() / ("r/skin_000" + std::to_string(frame) + ".vtp"));
+        const std::string vtu = test::read_text(directory.path() / ("r/body_000" + std::to_string(frame) + ".vtu"));
+        const std::vector<double> points = vtu_array<double>(vtp, "Points"), nodes = vtu_array<double>(vtu, "Points");
+        const std::vector<std::int32_t> triangles = vtu_array<std::int32_t>(vtp, "connectivity");
+        // 2 x 3 x 4 cells, of which the upper layer is cut away: their boundary's faces, two triangles each.
+        EXPECT_EQ(triangles.size(), 3u * 2 * (frame == 0 ? 2 * (6 + 8 + 12) : 2 * (6 + 6 + 9)));
+        EXPECT_EQ(vtu_array<double>(vtp, "normals").size(), points.size());
+        double volume = 0;
+        for (std::size_t t = 0; t < triangles.size(); t += 3) {
+            const double* const a = points.data() + 3 * triangles[t];
+            const double* const b = points.data() + 3 * triangles[t + 1];
+            const double* const c = points.data() + 3 * triangles[t + 2];
+            volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                       a[2] * (b[0] * c[1] - b[1] * c[0])) /
+                      6;
+        }
+        double cells = 0;
+        for (const double ratio : vtu_array<double>(vtu, "volume_ratio")) {
+            cells += 0.125 * ratio;
+        }
+        EXPECT_NEAR(volume, cells, 0.02 * cells); // faces of cells are bent a little
+        for (std::size_t p = 0; p < points.size(); p += 3) {
+            double nearest = 1;
+            for (std::size_t n = 0; n < nodes.size(); n += 3) {
+                nearest = std::min(nearest, std::hypot(points[p] - nodes[n], points[p + 1] - nodes[n + 1],
+                                                       points[p + 2] - nodes[n + 2]));
+            }
+            EXPECT_LT(nearest, 1e-12);
+        }
+    }
+    EXPECT_NE(test::read_text(directory.path() / "r/skin.pvd").find("skin_0001.vtp"), std::string::npos);
+    // A run without it leaves none of them behind.
+    test::write_text(directory.path() / "s.toml", test::small_scene());
+    ASSERT_EQ(test::run_program("run s.toml --out r", directory.path()).exit_code, 0);
+    EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin_0000.vtp"));
+    EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin.pvd"));
+}
+
+TEST(Stress, of_an_equilibrium_sums_up_to_what_supports_and_loads_carry) {
+    Simulation simulation(parse_scene(R"([body]
+size = [0.4, 0.3, 0.8]
+cell_size = 0.1
+[material]
+young_modulus = 2e4
+poisson_ratio = 0.45
+density = 1000
+[gravity]
+acceleration = [0, 0, -5]
+[[fix]]
+where = "z-min"
+[[move]]
+where = "z-max"
+translate = [0.02, 0.01, -0.1]
+[solver]
+method = "static"
+)",
+                                      "s.toml"));
+    ASSERT_TRUE(simulation.run().converged);
+    std::array<double, 9> inside{}, outside{};
+    for (const CellStress& stress : simulation.cell_stresses()) {
+        for (std::size_t e = 0; e < 9; ++e) {
+            inside[e] += 1e-3 * stress.first_piola[e];
+        }
+    }
+    const std::vector<std::array<double, 3>> reactions = simulation.reactions();
+    double size = 0;
+    for (std::size_t n = 0; n < reactions.size(); ++n) {
+        const std::array<double, 3> weight = {0, 0, -5 * simulation.masses()[n]};
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) {
+                outside[3 * i + j] += (reactions[n][i] + weight[i]) * simulation.rest_positions()[n][j];
+                size = std::max(size, std::abs(inside[3 * i + j]));
+            }
+        }
+    }
+    for (std::size_t e = 0; e < 9; ++e) {
+        EXPECT_NEAR(inside[e], outside[e], 1e-7 * size) << e;
+    }
+}
+
 } // namespace
 } // namespace hybmss

@@ -8,6 +8,7 @@
 #include "hybmss/equilibrium.hpp"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
+#include "hybmss/skin.hpp"
 
 #include <array>
 #include <cstdint>
@@ -72,6 +73,7 @@ struct SceneBody {
     std::vector<std::uint8_t> labels = {};
     std::string voxels = {},
                 surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
+    TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on
     bool operator==(const SceneBody&) const = default;
 };
 
@@ -212,6 +214,8 @@ struct Output {
     std::optional<double> every; ///< s between results; by default only the first and the last state are written
     bool energy_balance = false; ///< works and losses are metered in every step
     bool mass = false, reaction = false; ///< arrays of the nodes in the .vtu files
+    bool skin = false;                   ///< a .vtp file beside each .vtu file
+    bool stress = false;                 ///< arrays of cells and nodes there, and Summary::stress
     bool operator==(const Output&) const = default;
 };
 

@@ -7,6 +7,7 @@
 #include "hybmss/precision.hpp"
 #include "hybmss/simulation/accuracy_report.hpp"
 #include "hybmss/simulation/scene.hpp"
+#include "hybmss/stress.hpp"
 
 #include <array>
 #include <cstdint>
@@ -114,6 +115,13 @@ struct RunCallbacks {
 };
 
 /// What came of a run.
+/// Of the last state.
+struct StressSummary {
+    double max_von_mises = 0;            ///< Pa, of a cell
+    std::array<double, 3> where{};       ///< m: that cell's middle at rest
+    std::array<double, 6> mean_cauchy{}; ///< Pa, over the deformed volume: xx, yy, zz, xy, yz, xz
+};
+
 struct Summary {
     bool converged = false;
     std::string failure;      ///< why the run stopped early or is no success; "" where all is well
@@ -124,6 +132,7 @@ struct Summary {
     std::vector<NamedObstacleReading> obstacles;
     std::optional<EnergyBalance> balance;   ///< where the scene asks for it
     std::optional<AccuracyReport> accuracy; ///< of solve_to_accuracy()
+    std::optional<StressSummary> stress;    ///< where the scene asks for it
     std::vector<std::string> warnings;      ///< what the results do not show by themselves, a line each
     long steps = 0;
     double time = 0, time_step = 0, critical_time_step = 0; ///< s
@@ -209,6 +218,8 @@ public:
     std::span<const double> masses() const;
     /// N, one a node: the forces of what fixes and moves nodes, zero along free axes.
     std::vector<std::array<double, 3>> reactions() const;
+    /// One a cell that is left, in the order of cell_nodes().
+    std::vector<CellStress> cell_stresses() const;
     std::vector<NamedObstacleReading> obstacles() const;
     /// Where the scene's obstacles are, one pose each.
     std::vector<RigidPose> obstacle_poses() const;
