@@ -77,6 +77,9 @@ struct hybmss_body {
 
 namespace hybmss::c_interface {
 
+/// Throws std::invalid_argument, which says what a lattice alone has, for a network.
+const LatticeBody& lattice_of(const hybmss_body& body, const char* what);
+
 /// A ForcePlan or an ExplicitDynamics of the body.
 template <class Planned>
 Planned made_of(const hybmss_body& body, const PlanOptions& options) {

@@ -1,5 +1,7 @@
 #include "bindings/c/arguments.hpp"
 
+#include "bindings/c/fields.hpp"
+#include "hybmss/stress.hpp"
 #include "layouts/messages.hpp"
 
 #include <algorithm>
@@ -51,7 +53,22 @@ Material material(const hybmss_material* given) {
     return material;
 }
 
+const LatticeBody& lattice_of(const hybmss_body& body, const char* what) {
+    const auto* shape = std::get_if<LatticeBody>(&body.shape);
+    if (!shape) {
+        throw std::invalid_argument(std::string("body is a network: only ") + what);
+    }
+    return *shape;
+}
+
 namespace {
+
+template <class T>
+void read(const StressMeter& meter, const hybmss_const_field& displacements, std::span<CellStress> stresses) {
+    check<T>(&displacements, meter.node_count(), "displacements");
+    Scratch<T> scratch;
+    meter.read(Input<T>(displacements, meter.node_count(), scratch).view(), stresses);
+}
 
 std::array<double, 3> vector_at(const double* xyz) {
     return {xyz[0], xyz[1], xyz[2]};
@@ -214,12 +231,45 @@ hybmss_status hybmss_body_grid_indices(const hybmss_body* body, uint32_t* indice
         require(body, "body");
         require(indices, "indices", count);
         require_count(count, body->node_count, "indices");
-        const auto* shape = std::get_if<LatticeBody>(&body->shape);
-        if (!shape) {
-            throw std::invalid_argument("body is a network: only the nodes of a lattice have grid indices");
-        }
-        const std::vector<std::uint32_t> nodes = shape->lattice.nodes();
+        const std::vector<std::uint32_t> nodes =
+            lattice_of(*body, "the nodes of a lattice have grid indices").lattice.nodes();
         std::copy(nodes.begin(), nodes.end(), indices);
+    });
+}
+
+hybmss_status hybmss_body_cell_count(const hybmss_body* body, size_t* count) {
+    return guarded([&] {
+        require(body, "body");
+        require(count, "count");
+        *count = lattice_of(*body, "the cells of a lattice are counted").lattice.cell_count();
+    });
+}
+
+hybmss_status hybmss_body_stresses(const hybmss_body* body, const hybmss_const_field* displacements,
+                                   hybmss_cell_stress* stresses, size_t count) {
+    return guarded([&] {
+        require(body, "body");
+        require(displacements, "displacements");
+        require(stresses, "stresses", count);
+        const LatticeBody& shape = lattice_of(*body, "the cells of a lattice have stresses");
+        const StressMeter meter(shape.lattice, shape.material);
+        require_count(count, meter.cell_count(), "stresses");
+        std::vector<CellStress> made(count);
+        if (displacements->precision == HYBMSS_FLOAT) {
+            read<float>(meter, *displacements, made);
+        } else {
+            read<double>(meter, *displacements, made);
+        }
+        for (const CellStress& stress : made) {
+            std::copy(stress.first_piola.begin(), stress.first_piola.end(), stresses->first_piola);
+            std::copy(stress.cauchy.begin(), stress.cauchy.end(), stresses->cauchy);
+            std::copy(stress.green_strain.begin(), stress.green_strain.end(), stresses->green_strain);
+            stresses->volume_ratio = stress.volume_ratio;
+            stresses->energy_density = stress.energy_density;
+            stresses->von_mises = stress.von_mises();
+            stresses->pressure = stress.pressure();
+            ++stresses;
+        }
     });
 }
 

@@ -1,10 +1,19 @@
 #include "bindings.hpp"
 
 #include "hybmss/force_plan.hpp"
+#include "hybmss/skin.hpp"
+#include "hybmss/stress.hpp"
 
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 namespace hybmss::python {
 
@@ -62,6 +71,75 @@ py::tuple energy(const ForcePlan<T>& plan, const py::array& displacements) {
         result = plan.energy(u);
     }
     return py::make_tuple(result.springs, result.volume);
+}
+
+template <class T>
+std::vector<CellStress> stresses(const StressMeter& meter, const py::array& displacements) {
+    const auto u = input<T>(displacements, meter.node_count(), "displacements");
+    std::vector<CellStress> read(meter.cell_count());
+    const py::gil_scoped_release released;
+    meter.read(u, read);
+    return read;
+}
+
+/// Rows of three.
+template <class T>
+std::vector<std::array<T, 3>> rows(const py::array_t<T, py::array::c_style | py::array::forcecast>& array,
+                                   const char* name) {
+    if (array.ndim() != 2 || array.shape(1) != 3) {
+        throw std::invalid_argument(std::string(name) + ": shape " +
+                                    py::cast<std::string>(py::str(array.attr("shape"))) +
+                                    " is not allowed: it must be (any, 3)");
+    }
+    std::vector<std::array<T, 3>> made(static_cast<std::size_t>(array.shape(0)));
+    for (std::size_t n = 0; n < made.size(); ++n) {
+        std::copy_n(array.data() + 3 * n, 3, made[n].begin());
+    }
+    return made;
+}
+template <class T>
+py::array_t<T> array_of(const std::vector<std::array<T, 3>>& rows) {
+    py::array_t<T> array({static_cast<py::ssize_t>(rows.size()), py::ssize_t{3}});
+    for (std::size_t n = 0; n < rows.size(); ++n) {
+        std::copy(rows[n].begin(), rows[n].end(), array.mutable_data() + 3 * n);
+    }
+    return array;
+}
+
+using Vertices = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Triangles = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+
+/// A skin of either precision.
+class AnySkin {
+public:
+    AnySkin(const Lattice& lattice, const Vertices& vertices, const Triangles& triangles, const py::object& dtype,
+            int threads) {
+        const TriangleMesh mesh = {rows<double>(vertices, "vertices"), rows<std::uint32_t>(triangles, "triangles")};
+        PlanOptions options;
+        options.threads = threads;
+        if (is_double(dtype)) {
+            skin_ = std::make_unique<Skin<double>>(lattice, mesh, options);
+        } else {
+            skin_ = std::make_unique<Skin<float>>(lattice, mesh, options);
+        }
+    }
+    template <class Visit>
+    auto visit(const Visit& visit) const {
+        return std::visit([&](const auto& skin) { return visit(*skin); }, skin_);
+    }
+
+private:
+    std::variant<std::unique_ptr<Skin<float>>, std::unique_ptr<Skin<double>>> skin_;
+};
+
+template <class T>
+void update_skin(const Skin<T>& skin, const py::array& displacements, py::array& positions,
+                 std::optional<py::array>& normals) {
+    const auto u = input<T>(displacements, skin.node_count(), "displacements");
+    const auto x = output<T>(positions, skin.vertex_count(), "positions");
+    const auto n = normals ? output<T>(*normals, skin.vertex_count(), "normals") : VectorField<T>{};
+    const py::gil_scoped_release released;
+    skin.update(u, x, n);
 }
 
 } // namespace
@@ -128,6 +206,57 @@ void bind_plans(py::module_& module) {
             "A lower bound of the largest stable explicit step, s.")
         .def("__str__",
              [](const Plan& plan) { return plan.visit([](const auto& made) { return to_string(made.describe()); }); });
+
+    module.def(
+        "boundary_mesh",
+        [](const Lattice& lattice) {
+            const TriangleMesh mesh = boundary_mesh(lattice);
+            return py::make_tuple(array_of(mesh.vertices), array_of(mesh.triangles));
+        },
+        py::arg("lattice"), "(vertices, triangles): the faces of cells that no other cell shares, two triangles each.");
+
+    py::class_<AnySkin>(module, "Skin", "Triangles that move with a lattice.")
+        .def(py::init<const Lattice&, const Vertices&, const Triangles&, const py::object&, int>(), py::arg("lattice"),
+             py::arg("vertices"), py::arg("triangles"), py::arg("dtype") = "float64", py::kw_only(),
+             py::arg("threads") = 0,
+             "Vertices (n, 3) at rest, m from the grid's low corner; triangles (m, 3) of their numbers.")
+        .def_property_readonly(
+            "vertex_count",
+            [](const AnySkin& skin) { return skin.visit([](const auto& made) { return made.vertex_count(); }); })
+        .def(
+            "update",
+            [](const AnySkin& skin, const py::array& u, py::array& x, std::optional<py::array> n) {
+                skin.visit([&](const auto& made) { update_skin(made, u, x, n); });
+            },
+            py::arg("displacements"), py::arg("positions"), py::arg("normals") = py::none(),
+            "Sets positions (m) and unit normals, arrays of the skin's dtype, at the displacements (m).")
+        .def(
+            "triangles_left",
+            [](const AnySkin& skin, const Lattice& cut) {
+                return array_of(skin.visit([&](const auto& made) { return made.triangles_left(cut); }));
+            },
+            py::arg("cut"), "The triangles less those in cells that the lattice `cut` has lost.");
+
+    py::class_<StressMeter>(module, "StressMeter", "Reads stress, strain and energy of a lattice's cells.")
+        .def(py::init([](const Lattice& lattice, const Material& material, int threads) {
+                 PlanOptions options;
+                 options.threads = threads;
+                 return StressMeter(lattice, material, options);
+             }),
+             py::arg("lattice"), py::arg("material"), py::kw_only(), py::arg("threads") = 0)
+        .def_property_readonly("node_count", &StressMeter::node_count)
+        .def_property_readonly("cell_count", &StressMeter::cell_count)
+        .def(
+            "read",
+            [](const StressMeter& meter, const py::array& displacements) {
+                return stress_arrays(py::isinstance<py::array_t<float>>(displacements)
+                                         ? stresses<float>(meter, displacements)
+                                         : stresses<double>(meter, displacements));
+            },
+            py::arg("displacements"),
+            "New arrays at the displacements (m), a row a cell: \"cauchy\" (Pa) and \"green_strain\" with xx, yy, zz, "
+            "xy, yz, xz,\n\"first_piola\" (Pa, 3 x 3), \"von_mises\", \"pressure\" (Pa), \"energy_density\" (J/m^3 "
+            "at rest), \"volume_ratio\".");
 }
 
 } // namespace hybmss::python

@@ -118,7 +118,10 @@ void bind_simulation(py::module_& module) {
         .def_property_readonly("time", &Simulation::time, "s")
         .def_property_readonly("lattice", &Simulation::lattice)
         .def_property_readonly("displacements", [](const Simulation& s) { return array_of(s.displacements()); })
-        .def_property_readonly("velocities", [](const Simulation& s) { return array_of(s.velocities()); });
+        .def_property_readonly("velocities", [](const Simulation& s) { return array_of(s.velocities()); })
+        .def(
+            "cell_stresses", [](const Simulation& s) { return stress_arrays(s.cell_stresses()); },
+            "Of the cells that are left, as StressMeter.read() gives them.");
 
     module.def("solve_to_accuracy", &accurate_solution, py::arg("scene"), py::kw_only(),
                py::arg("precision") = py::none(), py::arg("threads") = 0,

@@ -4,11 +4,14 @@
 /// The parts of the module, and NumPy arrays as the library's fields: views of the same memory, never copies.
 
 #include "hybmss/plan_options.hpp"
+#include "hybmss/stress.hpp"
 #include "hybmss/vector_field.hpp"
 
 #include <pybind11/numpy.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -72,6 +75,26 @@ py::array_t<T> zeros(std::size_t nodes) {
     py::array_t<T> array({static_cast<py::ssize_t>(nodes), py::ssize_t{3}});
     std::fill_n(array.mutable_data(), 3 * nodes, T(0));
     return array;
+}
+
+/// Arrays by name, a row a cell: tensors (cells, 6) in the order of CellStress, first_piola (cells, 3, 3).
+inline py::dict stress_arrays(std::span<const CellStress> stresses) {
+    const auto cells = static_cast<py::ssize_t>(stresses.size());
+    py::array_t<double> piola({cells, py::ssize_t{3}, py::ssize_t{3}}), cauchy({cells, py::ssize_t{6}}),
+        strain({cells, py::ssize_t{6}}), ratio(cells), density(cells), von_mises(cells), pressure(cells);
+    for (std::size_t n = 0; n < stresses.size(); ++n) {
+        const CellStress& stress = stresses[n];
+        std::copy_n(stress.first_piola.data(), 9, piola.mutable_data() + 9 * n);
+        std::copy_n(stress.cauchy.data(), 6, cauchy.mutable_data() + 6 * n);
+        std::copy_n(stress.green_strain.data(), 6, strain.mutable_data() + 6 * n);
+        ratio.mutable_data()[n] = stress.volume_ratio;
+        density.mutable_data()[n] = stress.energy_density;
+        von_mises.mutable_data()[n] = stress.von_mises();
+        pressure.mutable_data()[n] = stress.pressure();
+    }
+    return py::dict(py::arg("first_piola") = piola, py::arg("cauchy") = cauchy, py::arg("green_strain") = strain,
+                    py::arg("volume_ratio") = ratio, py::arg("energy_density") = density,
+                    py::arg("von_mises") = von_mises, py::arg("pressure") = pressure);
 }
 
 /// "float32" or "float64", or what NumPy takes for them. True for the latter.

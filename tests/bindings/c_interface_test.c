@@ -53,9 +53,17 @@ static void bodies(void) {
     const float scales[2] = {0, 1}, bad[2] = {1, -1}, not_a_number[2] = {1, NAN};
     hybmss_material material = hybmss_default_material();
     hybmss_body *body = NULL, *untouched = NULL;
-    double positions[3 * 8];
+    double positions[3 * 8], u[3 * 8];
+    hybmss_const_field stretched = {HYBMSS_DOUBLE, u, u + 1, u + 2, 3, 8, NULL};
+    hybmss_cell_stress stress;
+    const double vertices[9] = {0.6, 0.1, 0.5, 0.9, 0.1, 0.5, 0.6, 0.4, 0.5};
+    const uint32_t triangle[3] = {0, 1, 2};
+    double x[9], normal[9];
+    hybmss_field skin_positions = {HYBMSS_DOUBLE, x, x + 1, x + 2, 3, 3, NULL};
+    hybmss_field skin_normals = {HYBMSS_DOUBLE, normal, normal + 1, normal + 2, 3, 3, NULL};
+    hybmss_skin* skin = NULL;
     uint32_t indices[8];
-    size_t count = 0;
+    size_t count = 0, n;
 
     OK(hybmss_lattice_create(two, 0.5, scales, 2, &material, &body));
     OK(hybmss_body_node_count(body, &count));
@@ -72,6 +80,50 @@ static void bodies(void) {
     REFUSED(hybmss_body_grid_indices(NULL, indices, 8), "body is null");
     REFUSED(hybmss_body_grid_indices(body, NULL, 8), "indices is null");
     REFUSED(hybmss_body_grid_indices(body, indices, 7), "7 values given, 8 needed");
+
+    /* Stretched along y and narrower by Poisson's ratio. */
+    OK(hybmss_body_cell_count(body, &count));
+    EXPECT(count == 1);
+    for (n = 0; n < 8; ++n) {
+        u[3 * n] = -0.25e-6 * positions[3 * n];
+        u[3 * n + 1] = 1e-6 * positions[3 * n + 1];
+        u[3 * n + 2] = -0.25e-6 * positions[3 * n + 2];
+    }
+    OK(hybmss_body_stresses(body, &stretched, &stress, 1));
+    EXPECT(fabs(stress.cauchy[1] - 1e-2) < 1e-7 && fabs(stress.cauchy[0]) < 1e-7 && fabs(stress.cauchy[3]) < 1e-7);
+    EXPECT(fabs(stress.von_mises - 1e-2) < 1e-7 && fabs(stress.pressure + 1e-2 / 3) < 1e-7);
+    EXPECT(fabs(stress.first_piola[4] - 1e-2) < 1e-7 && fabs(stress.green_strain[1] - 1e-6) < 1e-11);
+    EXPECT(fabs(stress.energy_density - 0.5e-8) < 1e-13 && fabs(stress.volume_ratio - 1 - 0.5e-6) < 1e-11);
+    REFUSED(hybmss_body_stresses(body, &stretched, &stress, 2), "2 values given, 1 needed");
+    REFUSED(hybmss_body_stresses(body, &stretched, NULL, 1), "stresses is null");
+    REFUSED(hybmss_body_stresses(body, NULL, &stress, 1), "displacements is null");
+    stretched.count = 7;
+    REFUSED(hybmss_body_stresses(body, &stretched, &stress, 1), "displacements");
+    REFUSED(hybmss_body_cell_count(body, NULL), "count is null");
+
+    /* A triangle on the upper face follows the stretch of a million times as much. */
+    stretched.count = 8;
+    for (n = 0; n < 24; ++n) {
+        u[n] *= 1e6;
+    }
+    OK(hybmss_skin_create(body, HYBMSS_DOUBLE, vertices, 3, triangle, 1, NULL, &skin));
+    OK(hybmss_skin_update(skin, &stretched, &skin_positions, &skin_normals));
+    for (n = 0; n < 9; ++n) {
+        EXPECT(fabs(x[n] - vertices[n] * (n % 3 == 1 ? 2 : 0.75)) < 1e-14 && fabs(normal[n] - (n % 3 == 2)) < 1e-14);
+    }
+    x[0] = 0;
+    OK(hybmss_skin_update(skin, &stretched, &skin_positions, NULL));
+    EXPECT(fabs(x[0] - 0.75 * vertices[0]) < 1e-14);
+    REFUSED(hybmss_skin_update(NULL, &stretched, &skin_positions, NULL), "skin is null");
+    REFUSED(hybmss_skin_update(skin, &stretched, NULL, NULL), "positions");
+    skin_positions.count = 2;
+    REFUSED(hybmss_skin_update(skin, &stretched, &skin_positions, NULL), "positions");
+    hybmss_skin_destroy(skin);
+    REFUSED(hybmss_skin_create(body, HYBMSS_DOUBLE, vertices, 2, triangle, 1, NULL, &skin), "names vertex 2");
+    REFUSED(hybmss_skin_create(body, HYBMSS_DOUBLE, NULL, 3, triangle, 1, NULL, &skin), "vertices is null");
+    REFUSED(hybmss_skin_create(body, HYBMSS_DOUBLE, vertices, (size_t)-1, triangle, 1, NULL, &skin), "vertices");
+    REFUSED(hybmss_skin_create(body, 2, vertices, 3, triangle, 1, NULL, &skin), "precision = 2");
+    REFUSED(hybmss_skin_create(NULL, HYBMSS_DOUBLE, vertices, 3, triangle, 1, NULL, &skin), "body is null");
     hybmss_body_destroy(body);
     hybmss_body_destroy(NULL);
 
@@ -137,6 +189,8 @@ static void networks(void) {
 
     OK(hybmss_network_create(&network, &body));
     REFUSED(hybmss_body_grid_indices(body, index, 2), "network");
+    REFUSED(hybmss_body_stresses(body, &displacements, NULL, 0), "network");
+    REFUSED(hybmss_body_cell_count(body, &network.cell_count), "network");
     plan = plan_of(body, HYBMSS_DOUBLE);
     OK(hybmss_plan_add_forces(plan, &displacements, &forces));
     EXPECT(fabs(f[0] - 5) < 1e-12 && fabs(f[3] + 5) < 1e-12); /* k (1 - l/|d|) d */

@@ -218,6 +218,39 @@ private:
         const std::size_t one = a_.seldom() ? static_cast<std::size_t>(a_.below(64)) : nodes;
         checked(hybmss_body_grid_indices(
             body, a_.seldom() ? nullptr : static_cast<std::uint32_t*>(a_.memory(one * sizeof(std::uint32_t))), one));
+        read_stresses(body, nodes);
+        wear_skin(body, nodes);
+    }
+
+    void read_stresses(const hybmss_body* body, std::size_t nodes) {
+        std::size_t count = 0;
+        checked(hybmss_body_cell_count(body, &count));
+        const auto u = a_.field<hybmss_const_field>(nodes);
+        const std::size_t given = a_.seldom() ? static_cast<std::size_t>(a_.below(64)) : count;
+        std::vector<hybmss_cell_stress> stresses(given);
+        checked(hybmss_body_stresses(body, a_.seldom() ? nullptr : &u, a_.seldom() ? nullptr : stresses.data(), given));
+    }
+
+    void wear_skin(const hybmss_body* body, std::size_t nodes) {
+        std::vector<double> vertices(static_cast<std::size_t>(3 * a_.below(9)));
+        for (double& x : vertices) {
+            x = a_.seldom() ? a_.number() : 0.1 * a_.below(64);
+        }
+        const std::size_t count = vertices.size() / 3;
+        std::vector<std::uint32_t> triangles(count > 0 ? static_cast<std::size_t>(3 * a_.below(5)) : 0);
+        for (std::uint32_t& vertex : triangles) {
+            vertex =
+                a_.seldom() ? a_.any<std::uint32_t>() : static_cast<std::uint32_t>(a_.below(static_cast<int>(count)));
+        }
+        const auto u = a_.field<hybmss_const_field>(nodes);
+        const auto x = a_.field<hybmss_field>(count), n = a_.field<hybmss_field>(count);
+        hybmss_skin* skin = nullptr;
+        if (checked(hybmss_skin_create(body, u.precision, vertices.data(), count, triangles.data(),
+                                       triangles.size() / 3, nullptr, &skin))) {
+            checked(hybmss_skin_update(skin, a_.seldom() ? nullptr : &u, a_.seldom() ? nullptr : &x,
+                                       a_.below(2) == 0 ? nullptr : &n));
+        }
+        hybmss_skin_destroy(skin);
     }
 
     void add_forces() {

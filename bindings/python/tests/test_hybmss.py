@@ -71,6 +71,41 @@ def test_hessian_product_is_the_forces_change():
     assert np.abs(product - change).max() < 1e-6 * np.abs(product).max()
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_stress(dtype):
+    meter = hybmss.StressMeter(BOX, MATERIAL)
+    u = displacements().astype(dtype)
+    stress = meter.read(u)
+    assert stress["cauchy"].shape == stress["green_strain"].shape == (meter.cell_count, 6)
+    assert stress["first_piola"].shape == (meter.cell_count, 3, 3)
+    volume = BOX.cell_size**3
+    energy = sum(hybmss.ForcePlan(BOX, MATERIAL).energy(u.astype(np.float64)))
+    assert np.isclose(volume * stress["energy_density"].sum(), energy, rtol=1e-5)
+    assert np.allclose(stress["pressure"], -stress["cauchy"][:, :3].mean(axis=1))
+    with pytest.raises(ValueError, match="shape"):
+        meter.read(u[1:])
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_skin(dtype):
+    vertices, triangles = hybmss.boundary_mesh(BOX)
+    skin = hybmss.Skin(BOX, vertices, triangles, dtype)
+    u = np.zeros((BOX.node_count, 3), dtype)
+    positions, normals = np.empty_like(vertices, dtype), np.empty_like(vertices, dtype)
+    skin.update(u, positions, normals)
+    assert np.allclose(positions, vertices, atol=1e-6)
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6)
+    skin.update(u + np.array([1, 2, 3], dtype), positions)
+    assert np.allclose(positions, vertices + [1, 2, 3], atol=1e-5)
+    assert np.array_equal(skin.triangles_left(BOX), triangles)
+    with pytest.raises(ValueError, match="positions: shape"):
+        skin.update(u, positions[1:])
+    with pytest.raises(ValueError, match="triangles: shape"):
+        hybmss.Skin(BOX, vertices, triangles.ravel())
+    with pytest.raises(ValueError, match="names vertex"):
+        hybmss.Skin(BOX, vertices, triangles + len(vertices))
+
+
 def test_what_is_not_allowed_is_a_value_error():
     plan = hybmss.ForcePlan(BOX, MATERIAL, np.float32)
     u = displacements("float32")
@@ -192,6 +227,7 @@ def test_scene_in_steps():
     assert simulation.time > 0
     assert simulation.displacements.shape == (simulation.lattice.node_count, 3)
     assert np.abs(simulation.velocities).max() > 0
+    assert simulation.cell_stresses()["von_mises"].max() > 0
     with pytest.raises(hybmss.SceneError, match="no/such"):
         hybmss.Simulation("no/such/scene.toml")
 
