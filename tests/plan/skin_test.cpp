@@ -120,6 +120,30 @@ TEST(Skin, InterpolatesTrilinearlyInsideItsCell) {
     }
 }
 
+TEST(Skin, GoesOnLinearlyBesideTheBody) {
+    const Lattice lattice = Lattice::box(1, 1, 1, kSize);
+    const auto field = [](const Vector3d& x) {
+        return Vector3d(5 * x[0] * x[1] * x[2], x[0] * x[1] - x[2] * x[0], 7 * x[1] * x[2] * x[0] + 2 * x[1] * x[2]);
+    };
+    TriangleMesh mesh;
+    std::mt19937 engine(4);
+    std::uniform_real_distribution<double> draw(-0.2, 0.4);
+    for (int n = 0; n < 50; ++n) {
+        mesh.vertices.push_back({draw(engine), draw(engine), draw(engine)});
+    }
+    const Moved now = moved(Skin<double>(lattice, mesh), at_nodes(lattice, field));
+    for (std::size_t n = 0; n < 50; ++n) {
+        const Vector3d x = vector(mesh.vertices[n]), nearest = x.cwiseMax(0).cwiseMin(kSize), away = x - nearest;
+        constexpr double kStep = 1e-4; // the field is linear along each axis
+        Vector3d expected = x + field(nearest);
+        for (Eigen::Index a = 0; a < 3; ++a) {
+            const Vector3d step = kStep * Vector3d::Unit(a);
+            expected += away[a] / kStep * (field(nearest + step) - field(nearest));
+        }
+        EXPECT_LT((now.position(n) - expected).norm(), 1e-11) << n;
+    }
+}
+
 TEST(Skin, NormalsTurnAsSmallTrianglesOnTheDeformedSurfaceDo) {
     const Lattice lattice = Lattice::box(2, 2, 2, kSize);
     std::mt19937 engine(5);
@@ -238,7 +262,7 @@ TEST(Skin, IsTheSameForAnyThreadsAndCloseInFloat) {
 TEST(Skin, LosesTheTrianglesOfCellsThatAreCutAway) {
     Lattice lattice = Lattice::box(4, 1, 1, kSize);
     const TriangleMesh mesh = {{{0.05, 0.05, 0.2}, {0.1, 0.1, 0.2}, {0.05, 0.1, 0.2}, {0.75, 0.1, 0.2}},
-                               {{0, 1, 2}, {1, 3, 2}}};
+                               {{0, 1, 2}, {1, 3, 2}, {3, 0, 1}, {0, 1, 3}}};
     const Skin<double> skin(lattice, mesh);
     EXPECT_EQ(skin.triangles_left(lattice), mesh.triangles);
     lattice.remove_cells(std::vector<std::array<int, 3>>{{3, 0, 0}});
