@@ -283,6 +283,12 @@ TEST(Skin, RefusesWhatDoesNotFit) {
                             {"vector field of 10 vertices given: the skin has 12"});
     testing::expect_refusal([&] { skin.update(in, out, VectorField<double>::aos(n.data(), 3)); }, {"3 vertices"});
     testing::expect_refusal([&] { skin.update(in, VectorField<double>::aos(u.data(), 12)); }, {"other memory"});
+    std::vector<double> wide(200); // y of the first vertex is x of the last
+    testing::expect_refusal(
+        [&] {
+            skin.update(in, {wide.data(), &wide[33], &wide[100], 3, 12});
+        },
+        {"x, y and z must be different memory"});
     testing::expect_refusal([&] { skin.update(in, out, out); }, {"other memory"});
     testing::expect_refusal(
         [&] {
