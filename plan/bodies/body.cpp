@@ -1,7 +1,6 @@
 #include "plan/bodies/body.hpp"
 
 #include "plan/bodies/field_checks.hpp"
-
 #include "plan/bodies/plan_description.hpp"
 
 #include <algorithm>

@@ -281,10 +281,12 @@ void Results::record() {
         }
     }
     const std::vector<VtuObstacle> obstacles = drawn_obstacles(simulation_);
-    auto cells = cells_;
+    std::vector<std::array<std::uint32_t, 8>> renumbered;
     if (cut_cells_ > 0) {
-        drop_bare_nodes(std::array{&points, &u, &v, &reaction}, mass, cells);
+        renumbered = cells_;
+        drop_bare_nodes(std::array{&points, &u, &v, &reaction}, mass, renumbered);
     }
+    const auto& cells = cut_cells_ > 0 ? renumbered : cells_;
     VtuStress stress;
     if (wanted.stress) {
         stress = vtu_stress(simulation_.cell_stresses(), cells, points.size());

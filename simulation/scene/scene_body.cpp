@@ -149,12 +149,14 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     const Orientation orientation = require_closed(surface);
     SceneBody body = voxelised(surface, orientation, scene.body.cell_size);
     body.surface = scene.body.surface;
-    for (Vector3& vertex : surface.vertices) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            vertex[a] -= body.origin[a];
+    if (scene.output.skin) { // else nothing draws it
+        for (Vector3& vertex : surface.vertices) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                vertex[a] -= body.origin[a];
+            }
         }
+        body.mesh = std::move(surface);
     }
-    body.mesh = std::move(surface);
     scene.body = std::move(body);
 }
 

@@ -73,7 +73,7 @@ struct SceneBody {
     std::vector<std::uint8_t> labels = {};
     std::string voxels = {},
                 surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
-    TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on
+    TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on; none unless output.skin
     bool operator==(const SceneBody&) const = default;
 };
 
