@@ -473,6 +473,59 @@ TEST(Skin, of_a_scene_is_the_boundary_of_its_cells_at_every_moment) {
     EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin.pvd"));
 }
 
+TEST(Skin, of_a_surface_is_its_mesh_less_what_is_cut_away_and_with_what_that_lays_bare) {
+    const test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "c.obj", R"(v 1 1 1
+v 3 1 1
+v 3 3 1
+v 1 3 1
+v 1 1 5
+v 3 1 5
+v 3 3 5
+v 1 3 5
+f 1 4 3 2
+f 5 6 7 8
+f 1 2 6 5
+f 2 3 7 6
+f 3 4 8 7
+f 4 1 5 8
+)");
+    test::write_text(directory.path() / "s.toml", R"([body]
+surface = "c.obj"
+cell_size = 0.5
+[material]
+young_modulus = 1e4
+poisson_ratio = 0.3
+density = 1000
+[[fix]]
+where = "z-min"
+[solver]
+method = "symplectic-euler"
+duration = 1
+[output]
+skin = true
+[[cut]]
+at = 0.5
+box = [[0, 0, 4.1], [9, 9, 9]]
+)");
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    if (run.errors.find("assimp") != std::string::npos) {
+        GTEST_SKIP() << "built without assimp";
+    }
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    const std::string before = test::read_text(directory.path() / "r/skin_0000.vtp");
+    EXPECT_EQ(vtu_array<std::int32_t>(before, "connectivity").size(), 3u * 12);
+    EXPECT_EQ(vtu_array<double>(before, "Points").size(), 3u * 8);
+    // The bottom is left; the sides reach into what is gone, where 4 x 4 faces of cells close the body.
+    const std::string after = test::read_text(directory.path() / "r/skin_0001.vtp");
+    const std::vector<std::int32_t> triangles = vtu_array<std::int32_t>(after, "connectivity");
+    const std::vector<double> points = vtu_array<double>(after, "Points");
+    ASSERT_EQ(triangles.size(), 3u * (2 + 32));
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        EXPECT_NEAR(points.at(3 * static_cast<std::size_t>(triangles[t]) + 2), t < 6 ? 1 : 4, 1e-12) << t;
+    }
+}
+
 TEST(Stress, of_an_equilibrium_sums_up_to_what_supports_and_loads_carry) {
     Simulation simulation(parse_scene(R"([body]
 size = [0.4, 0.3, 0.8]
