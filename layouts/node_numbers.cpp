@@ -24,6 +24,32 @@ std::uint32_t NodeNumbers::of(std::size_t grid_node) const {
     return static_cast<std::uint32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), grid_node) - nodes_.begin());
 }
 
+std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    std::vector<std::uint32_t> number(lattice.grid_node_count(), 0);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        number[nodes[n]] = static_cast<std::uint32_t>(n);
+    }
+    const auto [nx, ny, nz] = lattice.cells();
+    std::vector<std::array<std::uint32_t, 8>> cells;
+    cells.reserve(lattice.cell_count());
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                if (!(lattice.cell_scale(i, j, k) > 0)) {
+                    continue;
+                }
+                std::array<std::uint32_t, 8>& cell = cells.emplace_back();
+                for (int corner = 0; corner < 8; ++corner) {
+                    cell[static_cast<std::size_t>(corner)] =
+                        number[lattice.grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))];
+                }
+            }
+        }
+    }
+    return cells;
+}
+
 void append_node(std::vector<NodeRun>& runs, std::size_t index) {
     if (runs.empty()) {
         runs.push_back({0, index, 1});

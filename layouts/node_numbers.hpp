@@ -2,6 +2,7 @@
 
 #include "hybmss/lattice.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -26,6 +27,9 @@ public:
 private:
     std::vector<std::uint32_t> nodes_; ///< grid indices, ascending; empty where every grid node is one of the body
 };
+
+/// The corners of the body's cells as node indices; cells in grid order, corners by the bits of their number.
+std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice);
 
 /// A run of consecutive nodes of the body that lie at even distances in the layout.
 struct NodeRun {

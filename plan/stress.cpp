@@ -327,31 +327,6 @@ struct StressMeter::Implementation {
     Workers workers;
 };
 
-namespace {
-
-std::vector<std::array<std::uint32_t, 8>> corners_of(const Lattice& lattice, std::size_t nodes) {
-    const NodeNumbers numbers(lattice, nodes);
-    std::vector<std::array<std::uint32_t, 8>> cells;
-    const auto [nx, ny, nz] = lattice.cells();
-    for (int k = 0; k < nz; ++k) {
-        for (int j = 0; j < ny; ++j) {
-            for (int i = 0; i < nx; ++i) {
-                if (!(lattice.cell_scale(i, j, k) > 0)) {
-                    continue;
-                }
-                auto& cell = cells.emplace_back();
-                for (int c = 0; c < 8; ++c) {
-                    cell[static_cast<std::size_t>(c)] =
-                        numbers.of(lattice.grid_node_index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)));
-                }
-            }
-        }
-    }
-    return cells;
-}
-
-} // namespace
-
 StressMeter::StressMeter(const Lattice& lattice, const Material& material,
                          std::span<const std::array<std::uint32_t, 8>> cells, std::size_t node_count,
                          const PlanOptions& options)
@@ -367,7 +342,7 @@ StressMeter::StressMeter(const Lattice& lattice, const Material& material,
 }
 StressMeter::StressMeter(const Lattice& lattice, const Material& material, const PlanOptions& options) {
     const std::size_t nodes = lattice.nodes().size();
-    implementation_ = std::make_unique<Implementation>(lattice, material, corners_of(lattice, nodes), nodes, options);
+    implementation_ = std::make_unique<Implementation>(lattice, material, cell_corners(lattice), nodes, options);
 }
 StressMeter::StressMeter(StressMeter&&) noexcept = default;
 StressMeter& StressMeter::operator=(StressMeter&&) noexcept = default;

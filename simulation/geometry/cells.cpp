@@ -34,32 +34,6 @@ void join(std::vector<Run>& runs, std::size_t a, std::size_t a_end, std::size_t 
 
 } // namespace
 
-std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
-    const std::vector<std::uint32_t> nodes = lattice.nodes();
-    std::vector<std::uint32_t> number(lattice.grid_node_count(), 0);
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-        number[nodes[n]] = static_cast<std::uint32_t>(n);
-    }
-    const auto [nx, ny, nz] = lattice.cells();
-    std::vector<std::array<std::uint32_t, 8>> cells;
-    cells.reserve(lattice.cell_count());
-    for (int k = 0; k < nz; ++k) {
-        for (int j = 0; j < ny; ++j) {
-            for (int i = 0; i < nx; ++i) {
-                if (!(lattice.cell_scale(i, j, k) > 0)) {
-                    continue;
-                }
-                std::array<std::uint32_t, 8>& cell = cells.emplace_back();
-                for (int corner = 0; corner < 8; ++corner) {
-                    cell[static_cast<std::size_t>(corner)] =
-                        number[lattice.grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))];
-                }
-            }
-        }
-    }
-    return cells;
-}
-
 std::vector<std::uint8_t> cell_labels(const Lattice& lattice, std::span<const std::uint8_t> grid_labels) {
     std::vector<std::uint8_t> labels;
     const std::span<const float> scales = lattice.cell_scales();

@@ -5,6 +5,7 @@
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/simulation/simulation.hpp"
+#include "layouts/node_numbers.hpp"
 
 #include <array>
 #include <cstddef>
@@ -13,9 +14,6 @@
 #include <vector>
 
 namespace hybmss {
-
-/// The corners of the body's cells as node indices; cells in grid order, corners by the bits of their number.
-std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice);
 
 /// The labels of the same cells, in the same order; none where the body has none.
 std::vector<std::uint8_t> cell_labels(const Lattice& lattice, std::span<const std::uint8_t> grid_labels);

@@ -1,6 +1,7 @@
 #include "solvers/newton/body_geometry.hpp"
 
 #include "layouts/network/network_geometry.hpp"
+#include "layouts/node_numbers.hpp"
 
 #include <Eigen/Dense>
 
@@ -46,28 +47,12 @@ BodyScales BodyScales::of(const Network& network) {
 }
 
 SolidCells SolidCells::of(const Lattice& lattice) {
-    const std::vector<std::uint32_t> nodes = lattice.nodes();
-    std::vector<std::uint32_t> number(lattice.grid_node_count(), 0);
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-        number[nodes[n]] = static_cast<std::uint32_t>(n);
-    }
     const double h = lattice.cell_size();
-    const auto [nx, ny, nz] = lattice.cells();
+    const std::vector<std::array<std::uint32_t, 8>> corners = cell_corners(lattice);
     SolidCells solid;
-    for (int k = 0; k < nz; ++k) {
-        for (int j = 0; j < ny; ++j) {
-            for (int i = 0; i < nx; ++i) {
-                if (!(lattice.cell_scale(i, j, k) > 0)) {
-                    continue;
-                }
-                Cell& cell = solid.cells.emplace_back();
-                cell.rest_edges = {h, 0, 0, 0, h, 0, 0, 0, h};
-                for (int corner = 0; corner < 8; ++corner) {
-                    cell.nodes[static_cast<std::size_t>(corner)] =
-                        number[lattice.grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))];
-                }
-            }
-        }
+    solid.cells.reserve(corners.size());
+    for (const auto& nodes : corners) {
+        solid.cells.push_back({nodes, {h, 0, 0, 0, h, 0, 0, 0, h}});
     }
     return solid;
 }
