@@ -10,4 +10,5 @@ class App;
 void add_stability_command(CLI::App& app);
 void add_paper_command(CLI::App& app);
 void add_price_command(CLI::App& app);
+void add_textbook_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

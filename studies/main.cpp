@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
     add_paper_command(app);
     add_price_command(app);
     add_stability_command(app);
+    add_textbook_command(app);
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);
 #endif

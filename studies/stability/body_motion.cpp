@@ -10,12 +10,6 @@
 namespace hybmss::stability {
 namespace {
 
-PlanOptions one_thread() {
-    PlanOptions options;
-    options.threads = 1;
-    return options;
-}
-
 template <class T>
 std::vector<T> interleaved(const Vectors& vectors) {
     std::vector<T> values;
@@ -105,6 +99,12 @@ VolumeChange BodyMotion<T>::volume_change() const {
 
 template class BodyMotion<float>;
 template class BodyMotion<double>;
+
+PlanOptions one_thread() {
+    PlanOptions options;
+    options.threads = 1;
+    return options;
+}
 
 Vectors rest_positions_of(const Lattice& lattice) {
     Vectors rest;

@@ -18,6 +18,8 @@ namespace hybmss::stability {
 using reference::Vector3d;
 using Vectors = std::vector<Vector3d>;
 
+PlanOptions one_thread();
+
 /// On one thread: the bodies are small. T is float or double; what goes in and out is double.
 template <class T>
 class BodyMotion {

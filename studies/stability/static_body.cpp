@@ -166,9 +166,7 @@ double least_volume_ratio(const Lattice& lattice, const Vectors& u) {
 
 StaticSolve solve(const Lattice& lattice, const Material& material, const Loading& loading, Vectors start,
                   const EquilibriumOptions& options) {
-    PlanOptions plan;
-    plan.threads = 1;
-    EquilibriumSolver<double> solver(lattice, material, plan);
+    EquilibriumSolver<double> solver(lattice, material, one_thread());
     StaticSolve solve{std::move(start), {}, {}};
     solve.result = solver.solve(loading, view(solve.displacements), options);
     if (solve.converged()) {

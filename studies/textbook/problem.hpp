@@ -1,0 +1,48 @@
+#pragma once
+
+/// \file
+/// Problems whose answer a textbook gives, and what the lattice makes of them.
+
+#include "hybmss/material.hpp"
+#include "studies/paper/table.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace hybmss::textbook {
+
+struct Answer {
+    double ours = 0, exact = 0;
+    double scale = exact; ///< what the error is relative to
+    double error() const { return (ours - exact) / scale; }
+};
+
+enum class Agreement {
+    rounding, ///< on any mesh
+    order,    ///< the error falls with a power of the mesh
+    theory    ///< the answer is that of a theory which leaves something out
+};
+
+struct Problem {
+    std::string name;
+    Agreement agreement = Agreement::order;
+    double bound = 0;        ///< of the relative error: on any mesh where it is rounding, else on the second
+    double least_order = 0;  ///< between the first two meshes, with springs between nodes; 0 where none is promised
+    std::string mesh;        ///< what the meshes' numbers count
+    std::vector<int> meshes; ///< from coarse to fine; the first two are quick
+    std::function<Answer(const Material&, int mesh)> solve;
+    double poisson_ratio = 0.3;
+};
+
+std::vector<Problem> static_problems();
+std::vector<Problem> motion_problems();
+std::vector<Problem> all_problems();
+
+/// E = 1 Pa and 1 kg/m^3: lengths of 1 m make speeds and times near one.
+Material unit_material(const Problem& problem, SpringForm springs);
+
+/// All problems with springs between nodes (A = 1) and on means (A = 0); without the finer meshes where `quick`.
+paper::Table problem_table(bool quick, const std::function<void(const std::string&)>& progress);
+
+} // namespace hybmss::textbook

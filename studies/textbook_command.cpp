@@ -1,0 +1,55 @@
+#include "app/command_line.hpp"
+#include "app/progress_line.hpp"
+#include "hybmss/version.hpp"
+#include "studies/commands.hpp"
+#include "studies/textbook/problem.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <iostream>
+#include <memory>
+
+namespace {
+
+using namespace hybmss;
+
+struct TextbookArguments {
+    std::string json, markdown;
+    bool quick = false, force = false;
+};
+
+void run_textbook(const TextbookArguments& arguments) {
+    const auto json = open_output("--json", arguments.json, {"{\"version\":", {}, arguments.force});
+    const auto markdown =
+        open_output("--markdown", arguments.markdown, {"Printedby`hybmss-studytextbook", {}, arguments.force});
+    ProgressLine line(stderr);
+    const paper::Table table =
+        textbook::problem_table(arguments.quick, [&](const std::string& what) { line.show(what); });
+    line.clear();
+    paper::print_text(table, std::cout);
+    if (json) {
+        json->stream() << nlohmann::ordered_json{{"version", kVersion},
+                                                 {"tables", nlohmann::ordered_json::array({paper::to_json(table)})}}
+                              .dump(1)
+                       << '\n';
+        json->commit();
+    }
+    if (markdown) {
+        markdown->stream() << "Printed by `hybmss-study textbook --markdown docs/report/textbook.md`.\n\n";
+        paper::print_markdown(table, markdown->stream());
+        markdown->commit();
+    }
+}
+
+} // namespace
+
+void add_textbook_command(CLI::App& app) {
+    const auto arguments = std::make_shared<TextbookArguments>();
+    CLI::App* command = app.add_subcommand("textbook", "problems with known answers: ours, errors and their order");
+    command->add_flag("--quick", arguments->quick, "the two coarsest meshes of each");
+    command->add_option("--json", arguments->json, "also write the table to this file")->check(a_path());
+    command->add_option("--markdown", arguments->markdown, "also write it as Markdown to this file")->check(a_path());
+    add_force_option(*command, arguments->force);
+    command->callback([arguments] { run_textbook(*arguments); });
+}
