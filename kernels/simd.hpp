@@ -147,7 +147,9 @@ constexpr Seed seed_quality() {
     } else if constexpr (!Traits<V>::kFloat) {
         return Seed::none;
     } else {
-#if defined(__aarch64__) || defined(__ARM_NEON)
+#if defined(__wasm__)
+        return Seed::none; // its estimates are roots and quotients
+#elif defined(__aarch64__) || defined(__ARM_NEON)
         return Seed::bits8;
 #else
         return Seed::bits11;
@@ -209,6 +211,12 @@ HYBMSS_INLINE V shift_in(V previous, V current) {
     } else {
         const __m256d straddle = _mm256_permute2f128_pd(previous, current, 0x21);
         return _mm256_shuffle_pd(straddle, current, 0x5);
+    }
+#elif defined(__wasm__)
+    if constexpr (Traits<V>::kFloat) {
+        return static_cast<__m128>(wasm_i32x4_shuffle(__m128(previous), __m128(current), 3, 4, 5, 6));
+    } else {
+        return static_cast<__m128d>(wasm_i64x2_shuffle(__m128d(previous), __m128d(current), 1, 2));
     }
 #elif defined(__SSE2__)
     if constexpr (Traits<V>::kFloat) {
@@ -280,7 +288,12 @@ HYBMSS_INLINE V cube_root_seed(V a) {
         using Integer = xsimd::batch<std::int32_t, typename Traits<V>::Arch>;
         const V logarithm = xsimd::to_float(xsimd::bitwise_cast<Integer>(a));
         const V third = multiply_add(logarithm, splat<V>(1.0f / 3.0f), splat<V>(709960000.0f));
+#if defined(__wasm__)
+        // Its SSE2 rounds lane by lane, for numbers that no integer holds.
+        return static_cast<__m128>(wasm_i32x4_trunc_sat_f32x4(__m128(third)));
+#else
         return xsimd::bitwise_cast<V>(xsimd::to_int(third));
+#endif
     } else {
         // The high 32 bits as a double: placed below the exponent of 2^52. Conversions of 64-bit integers exist only
         // with AVX-512.

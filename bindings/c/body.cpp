@@ -195,6 +195,28 @@ hybmss_status hybmss_network_create_on_means(const hybmss_network* network, cons
     });
 }
 
+hybmss_status hybmss_body_without_cells(const hybmss_body* body, const uint32_t* cells, size_t count,
+                                        hybmss_body** less) {
+    return guarded([&] {
+        require(less, "less");
+        require(body, "body");
+        require(cells, "cells", count);
+        LatticeBody cut = lattice_of(*body, "a lattice has cells to remove");
+        const auto [nx, ny, nz] = cut.lattice.cells();
+        const std::size_t all = cut.lattice.cell_scales().size();
+        for (const std::uint32_t cell : std::span(cells, count)) {
+            if (cell >= all) {
+                throw std::invalid_argument("cell " + std::to_string(cell) + " is not in the grid, which has " +
+                                            std::to_string(all) + " cells");
+            }
+            const auto c = static_cast<int>(cell);
+            cut.lattice.set_cell_scale(c % nx, c / nx % ny, c / nx / ny, 0);
+        }
+        const std::size_t nodes = cut.lattice.nodes().size();
+        *less = new hybmss_body{std::move(cut), nodes};
+    });
+}
+
 void hybmss_body_destroy(hybmss_body* body) {
     delete body;
 }

@@ -74,6 +74,14 @@ hybmss_status hybmss_record_load(const char* path, hybmss_record** record) {
     });
 }
 
+hybmss_status hybmss_record_parse(const char* text, size_t length, hybmss_record** record) {
+    return guarded([&] {
+        require(record, "record");
+        require(text, "text", length);
+        *record = new hybmss_record(parse_record({text, length}, "record"));
+    });
+}
+
 void hybmss_record_destroy(hybmss_record* record) {
     delete record;
 }

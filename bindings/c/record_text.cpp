@@ -21,7 +21,6 @@
 #include "plan/tuning/digest.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -79,8 +78,7 @@ public:
     Number number() {
         const std::string_view text = word();
         Number value{};
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error != std::errc() || end != text.data() + text.size()) {
+        if (!parse_number(text, value)) {
             refuse(quoted(text) + " is not a number that is allowed here");
         }
         if constexpr (std::is_floating_point_v<Number>) {
@@ -146,8 +144,7 @@ Lattice read_lattice(Reader& reader) {
     }
     for (std::string_view word = first;; word = reader.word()) {
         float scale = 0;
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), scale);
-        if (error != std::errc() || end != word.data() + word.size()) {
+        if (!parse_number(word, scale)) {
             reader.refuse(quoted(word) + " is not a stiffness scale");
         }
         scales.push_back(scale);

@@ -48,6 +48,24 @@ struct hybmss_skin {
 
 extern "C" {
 
+hybmss_status hybmss_body_boundary_mesh(const hybmss_body* body, double* vertices, size_t* vertex_count,
+                                        uint32_t* triangles, size_t* triangle_count) {
+    return guarded([&] {
+        require(body, "body");
+        require(vertex_count, "vertex_count");
+        require(triangle_count, "triangle_count");
+        const TriangleMesh mesh = boundary_mesh(lattice_of(*body, "a lattice has a boundary of cells").lattice);
+        if (vertices && !mesh.vertices.empty()) {
+            std::copy_n(mesh.vertices[0].data(), 3 * mesh.vertices.size(), vertices);
+        }
+        if (triangles && !mesh.triangles.empty()) {
+            std::copy_n(mesh.triangles[0].data(), 3 * mesh.triangles.size(), triangles);
+        }
+        *vertex_count = mesh.vertices.size();
+        *triangle_count = mesh.triangles.size();
+    });
+}
+
 hybmss_status hybmss_skin_create(const hybmss_body* body, hybmss_precision precision, const double* vertices,
                                  size_t vertex_count, const uint32_t* triangles, size_t triangle_count,
                                  const hybmss_plan_options* options, hybmss_skin** skin) {

@@ -156,6 +156,10 @@ HYBMSS_EXPORT hybmss_status hybmss_network_create_on_means(const hybmss_network*
                                                            const hybmss_material* material, double cell_size,
                                                            const double* scales, size_t scale_count,
                                                            hybmss_body** body);
+/* A lattice less some cells, by their indices i + nx (j + ny k); those without a cell are passed over. Its nodes are
+ * those that still touch a cell: hybmss_body_grid_indices says which. */
+HYBMSS_EXPORT hybmss_status hybmss_body_without_cells(const hybmss_body* body, const uint32_t* cells, size_t count,
+                                                      hybmss_body** less);
 HYBMSS_EXPORT void hybmss_body_destroy(hybmss_body* body);
 
 HYBMSS_EXPORT hybmss_status hybmss_body_node_count(const hybmss_body* body, size_t* count);
@@ -284,6 +288,12 @@ HYBMSS_EXPORT hybmss_status hybmss_body_stresses(const hybmss_body* body, const 
 
 /* ---- skin ---- */
 
+/* The faces of a lattice's cells that no other cell shares, two triangles each, counter-clockwise seen from outside;
+ * vertices are the nodes on them. Writes the counts, and x y z (m) of each vertex and three numbers a triangle where
+ * these are not null: to arrays as long as the counts that a first call with null gives. */
+HYBMSS_EXPORT hybmss_status hybmss_body_boundary_mesh(const hybmss_body* body, double* vertices, size_t* vertex_count,
+                                                      uint32_t* triangles, size_t* triangle_count);
+
 /* Triangles that move with a lattice: hybmss/skin.hpp says how. Not changed by use: may be used by several threads. */
 typedef struct hybmss_skin hybmss_skin;
 
@@ -347,6 +357,12 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynami
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters,
                                                  int64_t count);
 
+/* Removes cells, by their indices, from the moving body: hybmss/explicit_dynamics.hpp says what becomes of nodes and
+ * masses. Nodes keep their numbers. `body`: the lattice that the dynamics was made of, which stays as it is. `removed`
+ * (may be null) becomes how many there were. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_remove_cells(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                                         const uint32_t* cells, size_t count, size_t* removed);
+
 /* Fields have the precision of the dynamics. What is set must be finite. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_get_displacements(const hybmss_dynamics* dynamics, const hybmss_field* out);
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_get_velocities(const hybmss_dynamics* dynamics, const hybmss_field* out);
@@ -365,6 +381,53 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_not_finite_at(const hybmss_dynamics*
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_masses(const hybmss_dynamics* dynamics, double* masses, size_t count);
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_critical_time_step(const hybmss_dynamics* dynamics, double* time_step);
 
+/* ---- rigid obstacles: hybmss/contact.hpp says all ---- */
+
+typedef int32_t hybmss_shape;
+enum {
+    HYBMSS_PLANE = 0,  /* dimensions: the normal, to where the body is, of any length */
+    HYBMSS_SPHERE = 1, /* dimensions[0]: the radius, m */
+    HYBMSS_BOX = 2     /* dimensions: the lengths of the edges, m */
+};
+
+typedef struct hybmss_pose {
+    double position[3];         /* m */
+    double rotation[9];         /* row by row, from the obstacle's axes to space */
+    double velocity[3];         /* m/s */
+    double angular_velocity[3]; /* rad/s, in space */
+} hybmss_pose;
+
+typedef struct hybmss_obstacle {
+    hybmss_shape shape;
+    double dimensions[3];
+    hybmss_pose pose;
+    double friction;       /* Coulomb's coefficient, >= 0 */
+    double stiffness;      /* 1/s^2, a kg of a node; 0: by the body's critical time step */
+    double friction_delay; /* s; 0: likewise */
+} hybmss_obstacle;
+
+typedef struct hybmss_obstacle_reading {
+    double force[3];       /* N, on the body */
+    double torque[3];      /* N m, about the obstacle's position */
+    double depth;          /* m, of the deepest node */
+    double greatest_depth; /* m, since the obstacle was set */
+    double energy;         /* J, that contact stores */
+    double dissipated;     /* J, by friction and impacts since it was set */
+    double impulse[3], angular_impulse[3];
+    size_t nodes; /* that touch */
+} hybmss_obstacle_reading;
+
+/* Replaces all obstacles; none for `count` 0, where `obstacles` may be null. `body`: what the dynamics was made of; its
+ * surface touches, after cuts with the nodes that they laid bare. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_obstacles(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                                          const hybmss_obstacle* obstacles, size_t count);
+/* Sets where the obstacles are now, one pose each; in the steps that follow they go on by their velocities. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_move_obstacles(hybmss_dynamics* dynamics, const hybmss_pose* poses,
+                                                           size_t count);
+/* One an obstacle. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_obstacle_readings(const hybmss_dynamics* dynamics,
+                                                              hybmss_obstacle_reading* readings, size_t count);
+
 /* ---- records: states and forces to check against ---- */
 
 /* A file of `hybmss record`: a body, states of it, and the forces and energies of each by the scalar reference. A
@@ -374,6 +437,8 @@ typedef struct hybmss_record hybmss_record;
 
 /* HYBMSS_FILE_ERROR for a file that cannot be read, is no record, or is damaged. */
 HYBMSS_EXPORT hybmss_status hybmss_record_load(const char* path, hybmss_record** record);
+/* The same of the text of such a file. */
+HYBMSS_EXPORT hybmss_status hybmss_record_parse(const char* text, size_t length, hybmss_record** record);
 HYBMSS_EXPORT void hybmss_record_destroy(hybmss_record* record);
 /* Makes the body that was recorded; the caller destroys it. */
 HYBMSS_EXPORT hybmss_status hybmss_record_body(const hybmss_record* record, hybmss_body** body);

@@ -140,7 +140,7 @@ std::vector<ItemRun> find_runs(std::span<const std::uint32_t> items, std::span<c
         for (auto i = row.begin(), next = i; i != row.end(); i = next) {
             next = std::upper_bound(i, row.end(), *i, before);
             left.clear();
-            const ItemRun run = make_run(all, {i, next}, left);
+            const ItemRun run = make_run(all, {&*i, static_cast<std::size_t>(next - i)}, left);
             if (static_cast<std::size_t>(next - i) - left.size() >= least) {
                 runs.push_back(run);
                 rest.insert(rest.end(), left.begin(), left.end());
@@ -179,7 +179,9 @@ TiledItems tile_items(std::span<const std::int32_t> nodes, std::size_t nodes_per
     for (std::size_t t = 0; t < tiles; ++t) {
         const auto end = std::partition_point(begin, items.end(),
                                               [&](std::uint32_t i) { return (key[i] >> 32) < (t + 1) * tile_nodes; });
-        tiled.runs[t] = find_runs({begin, end}, nodes, nodes_per_item, kLeastRun, tiled.singles[t]);
+        const auto own = std::span<const std::uint32_t>(items).subspan(static_cast<std::size_t>(begin - items.begin()),
+                                                                       static_cast<std::size_t>(end - begin));
+        tiled.runs[t] = find_runs(own, nodes, nodes_per_item, kLeastRun, tiled.singles[t]);
         begin = end;
     }
     return tiled;

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -421,7 +421,10 @@ bool Body<T>::finite(const NodeField<T>& field) const {
             const T* const values = field[a].data();
             Bits bad = 0; // x - x is 0 with no bit set, or NaN: compilers make whole vectors of this
             for (std::size_t n = begin; n < end; ++n) {
-                bad |= std::bit_cast<Bits>(values[n] - values[n]);
+                const T difference = values[n] - values[n];
+                Bits bits;
+                std::memcpy(&bits, &difference, sizeof bits);
+                bad |= bits;
             }
             if (bad != 0) {
                 all.store(false, std::memory_order_relaxed);

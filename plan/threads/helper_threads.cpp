@@ -22,6 +22,11 @@ extern "C" void __tsan_release(void* address);
 #endif
 
 namespace hybmss {
+
+int default_threads() {
+    return tbb::info::default_concurrency();
+}
+
 namespace {
 
 // Longer than what a simulation does between two steps; short beside what a program would miss the core for.
@@ -45,7 +50,7 @@ tbb::task_arena& arena_for(int threads) {
 void allow(int threads) {
     static std::mutex& mutex = *new std::mutex;
     static std::unique_ptr<tbb::global_control>& limit = *new std::unique_ptr<tbb::global_control>;
-    static int allowed = tbb::info::default_concurrency();
+    static int allowed = default_threads();
     const std::lock_guard lock(mutex);
     if (threads > allowed) {
         limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
@@ -57,9 +62,7 @@ void allow(int threads) {
 } // namespace
 
 struct HelperThreads::Arena {
-    explicit Arena(int threads) : arena(arena_for(std::max(threads, tbb::info::default_concurrency()))) {
-        allow(threads);
-    }
+    explicit Arena(int threads) : arena(arena_for(std::max(threads, default_threads()))) { allow(threads); }
     tbb::task_arena& arena;
 };
 
@@ -101,7 +104,7 @@ struct HelperThreads::Task {
 HelperThreads::HelperThreads(int threads)
     : shared_(std::make_shared<Shared>()), arena_(std::make_unique<Arena>(threads)) {
     shared_->present.assign(static_cast<std::size_t>(threads), false);
-    shared_->stays = threads <= tbb::info::default_concurrency();
+    shared_->stays = threads <= default_threads();
 }
 
 HelperThreads::~HelperThreads() {

@@ -10,6 +10,9 @@
 
 namespace hybmss {
 
+/// Threads that oneTBB works with, the caller's included; 1 where the library is built without it.
+int default_threads();
+
 /// Threads of oneTBB that help with one run after the other.
 ///
 /// A helper is asked for and not waited for. Between runs it stays for a moment, because to wake a thread up takes

@@ -93,7 +93,7 @@ std::size_t StagedRun::claim(std::size_t place, std::size_t owner, std::uint32_t
         if (begin == end) {
             return plan.units;
         }
-        const std::size_t unit = share + (first ? begin++ : --end);
+        const auto unit = share + static_cast<std::size_t>(first ? begin++ : --end);
         if (left.compare_exchange_weak(seen, pack(round, begin, end), std::memory_order_relaxed)) {
             return unit;
         }

@@ -2,8 +2,6 @@
 
 #include "plan/threads/helper_threads.hpp"
 
-#include <oneapi/tbb/info.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -96,7 +94,7 @@ int useful_threads(const PlanOptions& options, std::size_t nodes) {
         return 1;
     }
     const auto useful = static_cast<int>(std::min<std::size_t>(1 + nodes / kNodesPerThread, 1024));
-    const int all = runner ? runner->threads : tbb::info::default_concurrency();
+    const int all = runner ? runner->threads : default_threads();
     const int given = wanted == 0 ? all : runner ? std::min(wanted, all) : wanted;
     return std::min(given, useful);
 }

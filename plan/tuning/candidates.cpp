@@ -1,10 +1,10 @@
 #include "plan/tuning/candidates.hpp"
 
+#include "layouts/messages.hpp"
 #include "plan/bodies/layout_table.hpp"
 #include "plan/threads/workers.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 
 namespace hybmss {
@@ -30,8 +30,7 @@ std::optional<int> threads_in(std::string_view part) {
     }
     part.remove_prefix(kThreads.size());
     int threads = 0;
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), threads);
-    if (error != std::errc() || end != part.data() + part.size() || threads < 1) {
+    if (!parse_number(part, threads) || threads < 1) {
         return std::nullopt;
     }
     return threads;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -39,7 +40,7 @@ double calibrate(Runner& runner, double slice_seconds) {
     // The first call also warms caches and threads up.
     long steps = 1;
     double elapsed = (*runner.trial)(steps), spent = elapsed;
-    while (elapsed < 0.25 * slice_seconds && steps < (1L << 40)) {
+    while (elapsed < 0.25 * slice_seconds && steps < std::numeric_limits<long>::max() / 4) {
         steps *= 2;
         elapsed = (*runner.trial)(steps);
         spent += elapsed;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 
@@ -136,11 +135,10 @@ CandidateFigure parse_figure(const Lines& lines) {
         refuse();
     }
     CandidateFigure figure;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + first, figure.ns_per_cell_step);
     const std::string_view word = text.substr(first + 1, second - first - 1);
     figure.name = text.substr(second + 1);
     figure.finalist = word == "final";
-    if (error != std::errc() || end != text.data() + first || !std::isfinite(figure.ns_per_cell_step) ||
+    if (!parse_number(text.substr(0, first), figure.ns_per_cell_step) || !std::isfinite(figure.ns_per_cell_step) ||
         figure.ns_per_cell_step <= 0 || (word != "final" && word != "early") || !parse_candidate(figure.name)) {
         refuse();
     }

@@ -147,15 +147,15 @@ int CellPatterns::cell(unsigned held_corners) {
 int CellPatterns::merged(unsigned axes, const std::array<int, 8>& cells) {
     // A body without order has a pattern a cell, each larger than that cell's matrix.
     constexpr std::size_t kMost = 400;
-    if (std::ranges::all_of(cells, [](int c) { return c == kVoid; })) {
+    if (std::all_of(cells.begin(), cells.end(), [](int c) { return c == kVoid; })) {
         return kVoid;
     }
-    if (std::ranges::any_of(cells, [](int c) { return c == kNone; })) {
+    if (std::any_of(cells.begin(), cells.end(), [](int c) { return c == kNone; })) {
         return kNone;
     }
     std::array<int, 9> key;
     key[0] = static_cast<int>(axes);
-    std::ranges::copy(cells, key.begin() + 1);
+    std::copy(cells.begin(), cells.end(), key.begin() + 1);
     if (const auto found = numbers_.find(key); found != numbers_.end()) {
         return found->second;
     }

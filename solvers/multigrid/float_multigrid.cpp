@@ -73,8 +73,9 @@ void FloatMultigrid::to_float(const NodeField<double>& from, double factor, Node
 
 void FloatMultigrid::update(const Potential<double>& potential) {
     space_ = &potential.space();
-    if (!std::ranges::equal(potential.held(), held_)) {
-        held_.assign(potential.held().begin(), potential.held().end());
+    const auto& held = potential.held();
+    if (!std::equal(held.begin(), held.end(), held_.begin(), held_.end())) {
+        held_.assign(held.begin(), held.end());
         std::vector<PrescribedNode> supports;
         for (std::size_t n = 0; n < held_.size(); ++n) {
             if (held_[n] != 0) {

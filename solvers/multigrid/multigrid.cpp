@@ -154,8 +154,9 @@ void Multigrid::update(const Potential<float>& potential) {
     }
     fine_->potential = &potential;
     blocks_.update(potential);
-    if (!std::ranges::equal(held_, potential.held())) {
-        find_patterns(potential.held());
+    const auto& held = potential.held();
+    if (!std::equal(held_.begin(), held_.end(), held.begin(), held.end())) {
+        find_patterns(held);
     }
     find_gradients(potential);
     assemble(potential);

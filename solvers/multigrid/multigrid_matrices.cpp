@@ -91,7 +91,8 @@ void Multigrid::find_patterns(std::span<const std::uint8_t> held) {
                     tissue = fine.tissue[at[half]];
                 }
             }
-            const bool any = std::ranges::any_of(patterns, [](int p) { return p != CellPatterns::kVoid; });
+            const bool any =
+                std::any_of(patterns.begin(), patterns.end(), [](int p) { return p != CellPatterns::kVoid; });
             const int pattern = any && !alike ? CellPatterns::kNone : patterns_.merged(axes, patterns);
             coarse.pattern.push_back(pattern);
             coarse.scale.push_back(scale);

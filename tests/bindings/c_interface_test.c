@@ -618,6 +618,97 @@ static void motion(void) {
     hybmss_body_destroy(body);
 }
 
+/* A body that falls on a floor, is cut there, and what is left of its surface. */
+static void obstacles_and_cuts(void) {
+    enum { VERTICES = 2 * (4 * 5 + 4 * 6 + 5 * 6) - 4 * (4 + 5 + 6) + 8, TRIANGLES = 4 * (3 * 4 + 3 * 5 + 4 * 5) };
+    hybmss_body *body = box(), *less = NULL, *other = NULL;
+    hybmss_dynamics* dynamics = NULL;
+    hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}},
+                             0.5,          0,         0};
+    hybmss_obstacle_reading reading;
+    hybmss_step_parameters parameters = {0, {0, 0, -0.1}, 5, HYBMSS_SYMPLECTIC_EULER};
+    const uint32_t corner[2] = {0, 0}, outside = NX * NY * NZ;
+    static double masses[NODES], vertices[3 * VERTICES];
+    static uint32_t indices[NODES], triangles[3 * TRIANGLES];
+    size_t count = 0, triangle_count = 0, removed = 9, n;
+    double weight = 0;
+
+    OK(hybmss_body_boundary_mesh(body, NULL, &count, NULL, &triangle_count));
+    EXPECT(count == VERTICES && triangle_count == TRIANGLES);
+    OK(hybmss_body_boundary_mesh(body, vertices, &count, triangles, &triangle_count));
+    EXPECT(vertices[3 * VERTICES - 3] == NX * 0.5 && vertices[3 * VERTICES - 1] == NZ * 0.5);
+    for (n = 0; n < 3 * TRIANGLES; ++n) {
+        EXPECT(triangles[n] < VERTICES);
+    }
+    REFUSED(hybmss_body_boundary_mesh(NULL, NULL, &count, NULL, &count), "body is null");
+    REFUSED(hybmss_body_boundary_mesh(body, NULL, NULL, NULL, &count), "vertex_count is null");
+    REFUSED(hybmss_body_boundary_mesh(body, NULL, &count, NULL, NULL), "triangle_count is null");
+
+    OK(hybmss_body_without_cells(body, corner, 2, &less));
+    OK(hybmss_body_node_count(less, &count));
+    EXPECT(count == NODES - 1);
+    OK(hybmss_body_grid_indices(less, indices, count));
+    EXPECT(indices[0] == 1);
+    REFUSED(hybmss_body_without_cells(NULL, corner, 1, &other), "body is null");
+    REFUSED(hybmss_body_without_cells(body, NULL, 1, &other), "cells is null");
+    REFUSED(hybmss_body_without_cells(body, corner, 1, NULL), "less is null");
+    REFUSED(hybmss_body_without_cells(body, &outside, 1, &other), "cell 60 is not in the grid, which has 60 cells");
+    EXPECT(other == NULL);
+
+    OK(hybmss_dynamics_create(body, HYBMSS_DOUBLE, NULL, &dynamics));
+    OK(hybmss_dynamics_critical_time_step(dynamics, &parameters.time_step));
+    parameters.time_step *= 0.9;
+    REFUSED(hybmss_dynamics_remove_cells(dynamics, less, corner, 1, &removed),
+            "body has 119 nodes and the dynamics 120");
+    REFUSED(hybmss_dynamics_remove_cells(dynamics, body, &outside, 1, &removed), "60");
+    REFUSED(hybmss_dynamics_remove_cells(dynamics, body, NULL, 1, &removed), "cells is null");
+    REFUSED(hybmss_dynamics_remove_cells(dynamics, NULL, corner, 1, &removed), "body is null");
+    REFUSED(hybmss_dynamics_remove_cells(NULL, body, corner, 1, &removed), "dynamics is null");
+    EXPECT(removed == 9);
+    OK(hybmss_dynamics_remove_cells(dynamics, body, corner, 2, &removed));
+    EXPECT(removed == 1);
+    OK(hybmss_dynamics_remove_cells(dynamics, body, corner, 1, NULL));
+
+    /* At rest the floor bears the weight, with the nodes of the lower face that are left. */
+    OK(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1));
+    OK(hybmss_dynamics_step(dynamics, &parameters, 4000));
+    OK(hybmss_dynamics_masses(dynamics, masses, NODES));
+    for (n = 0; n < NODES; ++n) {
+        weight += 0.1 * masses[n];
+    }
+    OK(hybmss_dynamics_obstacle_readings(dynamics, &reading, 1));
+    EXPECT(reading.nodes > NX * NY && reading.nodes < (NX + 1) * (NY + 1)); /* those beside the hole may lift off */
+    EXPECT(fabs(reading.force[2] - weight) < 1e-3 * weight);
+    EXPECT(reading.depth > 0 && reading.depth <= reading.greatest_depth && reading.impulse[2] > 0);
+    floor.pose.position[2] = -10;
+    OK(hybmss_dynamics_move_obstacles(dynamics, &floor.pose, 1));
+    OK(hybmss_dynamics_step(dynamics, &parameters, 1));
+    OK(hybmss_dynamics_obstacle_readings(dynamics, &reading, 1));
+    EXPECT(reading.nodes == 0);
+
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, less, &floor, 1), "it must be the body");
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, NULL, 1), "obstacles is null");
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, NULL, &floor, 1), "body is null");
+    REFUSED(hybmss_dynamics_set_obstacles(NULL, body, &floor, 1), "dynamics is null");
+    REFUSED(hybmss_dynamics_move_obstacles(dynamics, &floor.pose, 2), "2");
+    REFUSED(hybmss_dynamics_move_obstacles(dynamics, NULL, 1), "poses is null");
+    REFUSED(hybmss_dynamics_move_obstacles(NULL, &floor.pose, 1), "dynamics is null");
+    REFUSED(hybmss_dynamics_obstacle_readings(dynamics, &reading, 2), "2 values given, 1 needed");
+    REFUSED(hybmss_dynamics_obstacle_readings(dynamics, NULL, 1), "readings is null");
+    REFUSED(hybmss_dynamics_obstacle_readings(NULL, &reading, 1), "dynamics is null");
+    floor.shape = 3;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "shape = 3");
+    floor.shape = HYBMSS_SPHERE;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "radius");
+    floor.shape = HYBMSS_BOX, floor.dimensions[0] = 1, floor.dimensions[1] = 1;
+    OK(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1));
+    OK(hybmss_dynamics_set_obstacles(dynamics, body, NULL, 0));
+    OK(hybmss_dynamics_obstacle_readings(dynamics, NULL, 0));
+    hybmss_dynamics_destroy(dynamics);
+    hybmss_body_destroy(less);
+    hybmss_body_destroy(body);
+}
+
 /* ---- hooks ---- */
 
 struct arena {
@@ -682,6 +773,7 @@ int main(void) {
     second_derivatives();
     refused_fields();
     motion();
+    obstacles_and_cuts();
     allocators();
     if (failures > 0) {
         printf("%d checks failed\n", failures);

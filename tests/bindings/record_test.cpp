@@ -154,6 +154,13 @@ TEST(Record, IsUsableFromC) {
     hybmss_record* loaded = nullptr;
     EXPECT_EQ(hybmss_record_load("/no/such/file", &loaded), HYBMSS_FILE_ERROR);
     EXPECT_STREQ(hybmss_last_error(), "/no/such/file: cannot be read: No such file or directory");
+    const std::string text = record_text(record);
+    EXPECT_EQ(hybmss_record_parse(text.data(), text.size() - 2, &loaded), HYBMSS_FILE_ERROR);
+    EXPECT_EQ(hybmss_record_parse(nullptr, 1, &loaded), HYBMSS_INVALID_ARGUMENT);
+    EXPECT_EQ(hybmss_record_parse(text.data(), text.size(), nullptr), HYBMSS_INVALID_ARGUMENT);
+    EXPECT_EQ(loaded, nullptr);
+    ASSERT_EQ(hybmss_record_parse(text.data(), text.size(), &loaded), HYBMSS_OK);
+    hybmss_record_destroy(loaded);
     EXPECT_EQ(hybmss_record_load(nullptr, &loaded), HYBMSS_INVALID_ARGUMENT);
     EXPECT_EQ(hybmss_record_load(path.c_str(), nullptr), HYBMSS_INVALID_ARGUMENT);
     ASSERT_EQ(hybmss_record_load(path.c_str(), &loaded), HYBMSS_OK);

@@ -1,0 +1,217 @@
+/**
+ * Soft bodies of hybrid mass-spring systems: the C interface of hybmss as a WebAssembly module. SI units. Order of
+ * indices: x fastest, then y, then z. What is given is checked; what is refused throws a HybmssError of one line.
+ *
+ * Objects live in the module's memory. free() gives it back; what is forgotten goes with the garbage, some time later.
+ *
+ * Typed arrays that are properties are views of the module's memory, without copies. Its memory may grow when something
+ * is made or cut; the views that were taken before are then empty (their length is 0): take them from the property
+ * again, which costs nothing.
+ */
+
+export class HybmssError extends Error {
+  /** "invalid argument", "out of memory", "file error", "mismatch" or "internal error". */
+  readonly status: string;
+}
+
+/**
+ * Loads the module, once; await it before anything else. `source`: where hybmss.wasm is, its bytes, or a compiled
+ * module; by default the file beside this one.
+ */
+export function load(source?: string | URL | BufferSource | WebAssembly.Module): Promise<void>;
+
+/** "major.minor.patch" of the library. */
+export function version(): string;
+
+export type Vector = readonly [number, number, number];
+export type Precision = "float32" | "float64";
+export type Values = Float32Array | Float64Array;
+
+/** Left out: 1e4 Pa, 0.25, 1000 kg/m^3, 1, automatic, none, nodes, none. */
+export interface Material {
+  /** Pa, > 0 */
+  youngModulus?: number;
+  /** in (-1, 1/2) */
+  poissonRatio?: number;
+  /** kg/m^3, > 0 */
+  density?: number;
+  /** stiffness of face diagonals over that of cube diagonals, >= 0 */
+  faceDiagonalRatio?: number;
+  volumeEnergy?: "automatic" | "quadratic" | "mean-stretch" | "none";
+  /** Springs of the strain e bear k l (e + quadratic e^2 + cubic e^3). */
+  stiffening?: { quadratic: number; cubic: number };
+  springs?: "nodes" | "means";
+  /** Cells below the volume ratio `ratio` resist in addition. */
+  crush?: { resistance: number; ratio: number };
+}
+
+export interface Mesh {
+  /** x y z of each vertex at rest, m */
+  vertices: Float64Array;
+  /** three numbers of vertices each, counter-clockwise seen from outside */
+  triangles: Uint32Array;
+}
+
+/** Cubic cells of one grid, and what they are made of. Not changed by use. */
+export class Lattice {
+  /**
+   * cells: how many along x, y, z; cellSize: their edge, m. `scales`: a stiffness scale a cell, 0 for none there. Or
+   * `labels` and `materials`: 0 is no cell, n is materials[n - 1].
+   */
+  constructor(given: {
+    cells: Vector;
+    cellSize: number;
+    scales?: ArrayLike<number>;
+    labels?: ArrayLike<number>;
+    material?: Material;
+    materials?: readonly Material[];
+  });
+  readonly nodeCount: number;
+  readonly cellCount: number;
+  /** x y z a node, m; a view */
+  readonly restPositions: Float64Array;
+  /** i + (nx + 1) (j + (ny + 1) k) of each node, ascending; a view */
+  readonly gridIndices: Uint32Array;
+  /** The faces of cells that no other cell shares. */
+  boundaryMesh(): Mesh;
+  /** Another body, less the cells i + nx (j + ny k). */
+  without(cells: ArrayLike<number>): Lattice;
+  free(): void;
+}
+
+/** Left out: float32, accurate, the plan's own choice. */
+export interface PlanOptions {
+  precision?: Precision;
+  accuracy?: "fast" | "accurate" | "exact";
+  layout?: string;
+}
+
+/** Forces and energies of a body at displacements of the caller's. */
+export class ForcePlan {
+  constructor(lattice: Lattice, options?: PlanOptions);
+  readonly nodeCount: number;
+  /** x y z a node, m; a view, to be written */
+  readonly displacements: Values;
+  /** x y z a node, N; a view. addForces() adds to it. */
+  readonly forces: Values;
+  addForces(): void;
+  /** J */
+  energy(): { springs: number; volume: number };
+  /** s */
+  readonly criticalTimeStep: number;
+  /** What was chosen, a fact a line. */
+  describe(): string;
+  free(): void;
+}
+
+export interface StepParameters {
+  /** s, > 0 */
+  timeStep: number;
+  /** m/s^2 */
+  acceleration?: Vector;
+  /** 1/s */
+  massDamping?: number;
+  integrator?: "symplectic-euler" | "leapfrog";
+}
+
+/** A node whose displacement and velocity are given along axes: bit 0 is x, bit 1 y, bit 2 z; all where left out. */
+export interface PrescribedNode {
+  node: number;
+  axes?: number;
+  displacement?: Vector;
+  velocity?: Vector;
+}
+
+export interface Pose {
+  position?: Vector;
+  /** row by row, from the obstacle's axes to space */
+  rotation?: readonly number[];
+  velocity?: Vector;
+  angularVelocity?: Vector;
+}
+
+export interface Obstacle {
+  shape: "plane" | "sphere" | "box";
+  /** a plane's normal, a sphere's radius, a box's lengths */
+  dimensions: readonly number[];
+  pose?: Pose;
+  friction?: number;
+  stiffness?: number;
+  frictionDelay?: number;
+}
+
+export interface ObstacleReading {
+  force: number[];
+  torque: number[];
+  nodes: number;
+  depth: number;
+  greatestDepth: number;
+  energy: number;
+  dissipated: number;
+  impulse: number[];
+  angularImpulse: number[];
+}
+
+/** A body that moves by explicit steps. Starts at rest. */
+export class Dynamics {
+  constructor(lattice: Lattice, options?: PlanOptions);
+  readonly nodeCount: number;
+  readonly lattice: Lattice;
+  /** x y z a node, m; read: a view of the state as it is now, until it is read again. Set: a copy of what is given. */
+  get displacements(): Values;
+  set displacements(values: ArrayLike<number>);
+  /** m/s, likewise */
+  get velocities(): Values;
+  set velocities(values: ArrayLike<number>);
+  /** N: internal forces now */
+  readonly forces: Values;
+  /** kg, one a node */
+  readonly masses: Float64Array;
+  step(parameters: StepParameters, count?: number): void;
+  /** Replaces the list. */
+  prescribe(nodes: readonly PrescribedNode[]): void;
+  /** Replaces the list; N. */
+  load(loads: readonly { node: number; force: Vector }[]): void;
+  /** Replaces the list. */
+  setObstacles(obstacles: readonly Obstacle[]): void;
+  /** One pose an obstacle. */
+  moveObstacles(poses: readonly Pose[]): void;
+  obstacleReadings(): ObstacleReading[];
+  /** Removes cells i + nx (j + ny k); says how many there were. Nodes keep their numbers; `lattice` stays as it is. */
+  removeCells(cells: ArrayLike<number>): number;
+  /** Damps springs along themselves; s, 0 for none. */
+  dampSprings(stiffnessDamping: number): void;
+  /** J */
+  energies(): { springs: number; volume: number; kinetic: number };
+  /** 0 while all is finite; else the step at which it was not. */
+  readonly notFiniteAt: number;
+  /** s */
+  readonly criticalTimeStep: number;
+  free(): void;
+}
+
+/** Triangles that move with a body. */
+export class Skin {
+  /** `map`: where the lattice is another one than the dynamics was made of, the number there of each of its nodes. */
+  constructor(lattice: Lattice, mesh: Mesh, options?: { precision?: Precision; map?: ArrayLike<number> });
+  /** Sets positions and normals, at the body's state now. */
+  update(dynamics: Dynamics): void;
+  /** x y z a vertex, m; a view */
+  readonly positions: Values;
+  /** of length 1; a view */
+  readonly normals: Values;
+  free(): void;
+}
+
+/** A file of `hybmss record`: states of a body with the forces of the scalar reference. */
+export class Record {
+  constructor(text: string | Uint8Array);
+  readonly stateCount: number;
+  lattice(): Lattice;
+  /** Sets the plan's displacements. */
+  readDisplacements(state: number, plan: ForcePlan): void;
+  /** The largest error by the largest sum of force magnitudes at a node; throws where it is above the tolerance. */
+  compareForces(state: number, plan: ForcePlan): number;
+  compareEnergy(state: number, plan: ForcePlan): number;
+  free(): void;
+}

@@ -1,0 +1,622 @@
+// The C interface (include/hybmss/hybmss.h) in JavaScript: hybmss.d.ts says what everything is.
+
+let wasm = null; // exports of the module
+let memory = null;
+
+export class HybmssError extends Error {
+  constructor(status, message) {
+    super(message);
+    this.name = "HybmssError";
+    this.status = status;
+  }
+}
+
+// What the module asks for: a clock, and an environment that has nothing in it.
+const imports = {
+  env: { emscripten_notify_memory_growth() {} },
+  wasi_snapshot_preview1: {
+    clock_time_get(_clock, _precision, time) {
+      data().setBigUint64(time, BigInt(Math.round(performance.now() * 1e6)), true);
+      return 0;
+    },
+    environ_sizes_get(count, bytes) {
+      data().setUint32(count, 0, true);
+      data().setUint32(bytes, 0, true);
+      return 0;
+    },
+    environ_get: () => 0,
+    proc_exit(code) {
+      throw new HybmssError("internal error", `the module ended itself with ${code}`);
+    },
+  },
+};
+
+async function instantiate(source) {
+  if (source instanceof WebAssembly.Module) {
+    return WebAssembly.instantiate(source, imports);
+  }
+  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) {
+    return (await WebAssembly.instantiate(source, imports)).instance;
+  }
+  const address = new URL(source ?? new URL("./hybmss.wasm", import.meta.url), import.meta.url);
+  if (address.protocol === "file:") {
+    const files = await import(/* @vite-ignore */ "node:fs/promises");
+    return (await WebAssembly.instantiate(await files.readFile(address), imports)).instance;
+  }
+  const response = await fetch(address);
+  if (!response.ok) {
+    throw new HybmssError("file error", `${address}: cannot be read: ${response.status} ${response.statusText}`);
+  }
+  return (await WebAssembly.instantiate(await response.arrayBuffer(), imports)).instance;
+}
+
+let loading = null;
+export function load(source) {
+  loading ??= instantiate(source).then(
+    (instance) => {
+      wasm = instance.exports;
+      memory = wasm.memory;
+      wasm._initialize();
+    },
+    (error) => {
+      loading = null;
+      throw error;
+    },
+  );
+  return loading;
+}
+
+// ---- memory: addresses of the module's, and views that last until it grows
+
+let dataView = null;
+function data() {
+  if (dataView?.buffer !== memory.buffer) {
+    dataView = new DataView(memory.buffer);
+  }
+  return dataView;
+}
+
+function text(address) {
+  const bytes = new Uint8Array(memory.buffer);
+  return new TextDecoder().decode(bytes.subarray(address, bytes.indexOf(0, address)));
+}
+
+function ready() {
+  if (!wasm) {
+    throw new HybmssError("invalid argument", "the module is not loaded: await load() comes first");
+  }
+}
+
+/** Calls a function of the C interface, and throws what it refuses. */
+function call(name, ...given) {
+  const status = wasm[name](...given);
+  if (status !== 0) {
+    throw new HybmssError(text(wasm.hybmss_status_name(status)), text(wasm.hybmss_last_error()));
+  }
+}
+
+function allocate(bytes) {
+  const address = wasm.malloc(Math.max(bytes, 8));
+  if (address === 0) {
+    throw new HybmssError("out of memory", `out of memory: ${bytes} bytes more are not to be had`);
+  }
+  return address;
+}
+
+/** Memory for the length of a call; work(take), where take(bytes) gives zeros at an address. */
+function withMemory(work) {
+  const taken = [];
+  const take = (bytes) => {
+    const address = allocate(bytes);
+    taken.push(address);
+    new Uint8Array(memory.buffer, address, bytes).fill(0);
+    return address;
+  };
+  try {
+    return work(take);
+  } finally {
+    taken.forEach((address) => wasm.free(address));
+  }
+}
+
+/** A copy of the numbers, in the module's memory. */
+function put(take, Type, numbers) {
+  const address = take(numbers.length * Type.BYTES_PER_ELEMENT);
+  new Type(memory.buffer, address, numbers.length).set(numbers);
+  return address;
+}
+
+const doubles = (address, values) => values.forEach((value, i) => data().setFloat64(address + 8 * i, value, true));
+const read = (address, count) => Array.from(new Float64Array(memory.buffer, address, count));
+
+/** Numbers that the module has and the caller sees: `view` is made anew where memory has grown. */
+class Block {
+  constructor(Type, length) {
+    this.Type = Type;
+    this.length = length;
+    this.address = allocate(length * Type.BYTES_PER_ELEMENT);
+    this.seen = null;
+    this.view.fill(0);
+  }
+  get view() {
+    if (this.seen?.buffer !== memory.buffer) {
+      this.seen = new this.Type(memory.buffer, this.address, this.length);
+    }
+    return this.seen;
+  }
+}
+
+/** The address of a hybmss_field of x y z a node. */
+function field(take, block, map) {
+  const wide = block.Type === Float64Array;
+  const step = wide ? 8 : 4;
+  const { address } = block;
+  const at = take(28);
+  [wide ? 1 : 0, address, address + step, address + 2 * step, 3, block.length / 3, map?.address ?? 0].forEach(
+    (value, i) => data().setUint32(at + 4 * i, value, true),
+  );
+  return at;
+}
+
+function choice(name, value, names) {
+  const number = names.indexOf(value);
+  if (number < 0) {
+    throw new HybmssError(
+      "invalid argument",
+      `${name} = ${JSON.stringify(value)} is not allowed: it must be one of ${names.filter(Boolean).join(", ")}`,
+    );
+  }
+  return number;
+}
+
+/** The keys of an object of options are known ones: a word misspelt is an error, not a default. */
+function known(name, given, keys) {
+  for (const key of Object.keys(given)) {
+    if (!keys.includes(key)) {
+      throw new HybmssError("invalid argument", `${name}.${key} is not known: there are ${keys.join(", ")}`);
+    }
+  }
+}
+
+const precisions = { float32: Float32Array, float64: Float64Array };
+function typeOf(precision) {
+  choice("precision", precision, Object.keys(precisions));
+  return precisions[precision];
+}
+
+// ---- objects: what the module made for somebody
+
+const forgotten = new FinalizationRegistry((release) => release());
+
+class Handle {
+  #release;
+  #key = {};
+  /** create(slot) calls the C function that writes the handle's address at `slot`. */
+  constructor(kind, create) {
+    this.blocks = [];
+    const slot = allocate(4);
+    try {
+      create(slot);
+      this.handle = data().getUint32(slot, true);
+    } finally {
+      wasm.free(slot);
+    }
+    const { handle, blocks } = this;
+    this.#release = () => {
+      wasm[`hybmss_${kind}_destroy`](handle);
+      blocks.forEach((block) => wasm.free(block.address));
+    };
+    forgotten.register(this, this.#release, this.#key);
+  }
+  block(Type, length) {
+    const made = new Block(Type, length);
+    this.blocks.push(made);
+    return made;
+  }
+  /** The address of the object; throws for one that was freed. */
+  get at() {
+    if (this.handle === 0) {
+      throw new HybmssError("invalid argument", `this ${this.constructor.name} was freed`);
+    }
+    return this.handle;
+  }
+  free() {
+    if (this.handle !== 0) {
+      forgotten.unregister(this.#key);
+      this.#release();
+      this.handle = 0;
+    }
+  }
+}
+
+function number(handle, name, bytes = 4) {
+  return withMemory((take) => {
+    const at = take(8);
+    call(name, handle, at);
+    return bytes === 4 ? data().getUint32(at, true) : data().getFloat64(at, true);
+  });
+}
+
+// ---- bodies
+
+const volumeEnergies = ["automatic", "quadratic", "mean-stretch", "none"];
+const materialKeys = [
+  "youngModulus",
+  "poissonRatio",
+  "density",
+  "faceDiagonalRatio",
+  "volumeEnergy",
+  "stiffening",
+  "springs",
+  "crush",
+];
+
+function writeMaterial(at, given = {}) {
+  known("material", given, materialKeys);
+  wasm.hybmss_default_material(at);
+  const set = (offset, value) => value !== undefined && data().setFloat64(at + offset, value, true);
+  set(0, given.youngModulus);
+  set(8, given.poissonRatio);
+  set(16, given.density);
+  set(24, given.faceDiagonalRatio);
+  data().setInt32(at + 32, choice("material.volumeEnergy", given.volumeEnergy ?? "automatic", volumeEnergies), true);
+  set(40, given.stiffening?.quadratic);
+  set(48, given.stiffening?.cubic);
+  data().setInt32(at + 56, choice("material.springs", given.springs ?? "nodes", ["nodes", "means"]), true);
+  set(64, given.crush?.resistance);
+  set(72, given.crush?.ratio);
+}
+
+export class Lattice extends Handle {
+  constructor(given) {
+    ready();
+    if (typeof given === "function") {
+      super("body", given); // of a record, or less some cells
+    } else {
+      known("lattice", given, ["cells", "cellSize", "scales", "labels", "material", "materials"]);
+      super("body", (slot) =>
+        withMemory((take) => {
+          const cells = put(take, Int32Array, given.cells);
+          const materials = given.materials ?? [given.material];
+          const material = take(80 * materials.length);
+          materials.forEach((one, i) => writeMaterial(material + 80 * i, one));
+          if (given.labels) {
+            const labels = put(take, Uint8Array, given.labels);
+            call(
+              "hybmss_lattice_create_of_materials",
+              ...[cells, given.cellSize, labels, given.labels.length, material, materials.length, slot],
+            );
+          } else {
+            const scales = given.scales ? put(take, Float32Array, given.scales) : 0;
+            call("hybmss_lattice_create", cells, given.cellSize, scales, given.scales?.length ?? 0, material, slot);
+          }
+        }),
+      );
+    }
+    this.nodeCount = number(this.at, "hybmss_body_node_count");
+    this.cellCount = number(this.at, "hybmss_body_cell_count");
+  }
+  get restPositions() {
+    this.rest ??= this.#filled(Float64Array, 3 * this.nodeCount, "hybmss_body_rest_positions");
+    return this.rest.view;
+  }
+  get gridIndices() {
+    this.grid ??= this.#filled(Uint32Array, this.nodeCount, "hybmss_body_grid_indices");
+    return this.grid.view;
+  }
+  #filled(Type, length, name) {
+    const block = this.block(Type, length);
+    call(name, this.at, block.address, length);
+    return block;
+  }
+  boundaryMesh() {
+    return withMemory((take) => {
+      const counts = take(8);
+      call("hybmss_body_boundary_mesh", this.at, 0, counts, 0, counts + 4);
+      const vertices = 3 * data().getUint32(counts, true);
+      const triangles = 3 * data().getUint32(counts + 4, true);
+      const x = take(8 * vertices);
+      const t = take(4 * triangles);
+      call("hybmss_body_boundary_mesh", this.at, x, counts, t, counts + 4);
+      return {
+        vertices: new Float64Array(memory.buffer, x, vertices).slice(),
+        triangles: new Uint32Array(memory.buffer, t, triangles).slice(),
+      };
+    });
+  }
+  without(cells) {
+    return new Lattice((slot) =>
+      withMemory((take) =>
+        call("hybmss_body_without_cells", this.at, put(take, Uint32Array, cells), cells.length, slot),
+      ),
+    );
+  }
+}
+
+// ---- plans and motion
+
+const accuracies = ["accurate", "exact", "fast"];
+function planOptions(take, given) {
+  known("options", given, ["precision", "accuracy", "layout"]);
+  const at = take(24);
+  if (given.layout) {
+    data().setUint32(at + 4, put(take, Uint8Array, new TextEncoder().encode(`${given.layout}\0`)), true);
+  }
+  data().setInt32(at + 8, choice("accuracy", given.accuracy ?? "accurate", accuracies), true);
+  data().setInt32(at + 12, 1, true);
+  return at;
+}
+
+function planned(kind, lattice, options) {
+  return (slot) =>
+    withMemory((take) => {
+      const wide = typeOf(options.precision ?? "float32") === Float64Array ? 1 : 0;
+      call(`hybmss_${kind}_create`, lattice.at, wide, planOptions(take, options), slot);
+    });
+}
+
+function pair(name, ...given) {
+  return withMemory((take) => {
+    const at = take(24);
+    call(name, ...given, at, at + 8, ...(name === "hybmss_dynamics_energies" ? [at + 16] : []));
+    return read(at, 3);
+  });
+}
+
+export class ForcePlan extends Handle {
+  constructor(lattice, options = {}) {
+    ready();
+    super("plan", planned("plan", lattice, options));
+    const Type = typeOf(options.precision ?? "float32");
+    this.nodeCount = lattice.nodeCount;
+    this.u = this.block(Type, 3 * lattice.nodeCount);
+    this.f = this.block(Type, 3 * lattice.nodeCount);
+  }
+  get displacements() {
+    return this.u.view;
+  }
+  get forces() {
+    return this.f.view;
+  }
+  addForces() {
+    withMemory((take) => call("hybmss_plan_add_forces", this.at, field(take, this.u), field(take, this.f)));
+  }
+  energy() {
+    const [springs, volume] = withMemory((take) => pair("hybmss_plan_energy", this.at, field(take, this.u)));
+    return { springs, volume };
+  }
+  get criticalTimeStep() {
+    return number(this.at, "hybmss_plan_critical_time_step", 8);
+  }
+  describe() {
+    return withMemory((take) => {
+      const length = take(4);
+      call("hybmss_plan_describe", this.at, 0, 0, length);
+      const capacity = data().getUint32(length, true) + 1;
+      const words = take(capacity);
+      call("hybmss_plan_describe", this.at, words, capacity, length);
+      return text(words);
+    });
+  }
+}
+
+function writePose(at, pose = {}) {
+  known("pose", pose, ["position", "rotation", "velocity", "angularVelocity"]);
+  doubles(at, pose.position ?? [0, 0, 0]);
+  doubles(at + 24, pose.rotation ?? [1, 0, 0, 0, 1, 0, 0, 0, 1]);
+  doubles(at + 96, pose.velocity ?? [0, 0, 0]);
+  doubles(at + 120, pose.angularVelocity ?? [0, 0, 0]);
+}
+
+const shapes = ["plane", "sphere", "box"];
+
+export class Dynamics extends Handle {
+  constructor(lattice, options = {}) {
+    ready();
+    super("dynamics", planned("dynamics", lattice, options));
+    this.lattice = lattice;
+    this.nodeCount = lattice.nodeCount;
+    this.Type = typeOf(options.precision ?? "float32");
+    this.parameters = this.block(Float64Array, 6);
+    this.fields = {};
+    this.obstacles = 0;
+  }
+  #field(name) {
+    return (this.fields[name] ??= this.block(this.Type, 3 * this.nodeCount));
+  }
+  #get(name) {
+    const block = this.#field(name);
+    withMemory((take) => call(`hybmss_dynamics_get_${name}`, this.at, field(take, block)));
+    return block.view;
+  }
+  #set(name, values) {
+    const block = this.#field(name);
+    if (values !== block.view) {
+      if (values.length !== block.length) {
+        throw new HybmssError(
+          "invalid argument",
+          `${name}: ${values.length} values given, ${block.length} needed: x y z a node`,
+        );
+      }
+      block.view.set(values);
+    }
+    withMemory((take) => call(`hybmss_dynamics_set_${name}`, this.at, field(take, block)));
+  }
+  get displacements() {
+    return this.#get("displacements");
+  }
+  set displacements(values) {
+    this.#set("displacements", values);
+  }
+  get velocities() {
+    return this.#get("velocities");
+  }
+  set velocities(values) {
+    this.#set("velocities", values);
+  }
+  get forces() {
+    return this.#get("forces");
+  }
+  get masses() {
+    if (!this.m) {
+      this.m = this.block(Float64Array, this.nodeCount);
+    }
+    call("hybmss_dynamics_masses", this.at, this.m.address, this.nodeCount);
+    return this.m.view;
+  }
+  step({ timeStep, acceleration = [0, 0, 0], massDamping = 0, integrator = "symplectic-euler" }, count = 1) {
+    const at = this.parameters.address;
+    doubles(at, [timeStep, ...acceleration, massDamping]);
+    const which = choice("integrator", integrator, ["symplectic-euler", "leapfrog"]);
+    data().setInt32(at + 40, which, true);
+    call("hybmss_dynamics_step", this.at, at, BigInt(count));
+  }
+  prescribe(nodes) {
+    this.#list("prescribe", nodes, 56, (at, { node, axes = 7, displacement = [0, 0, 0], velocity = [0, 0, 0] }) => {
+      data().setUint32(at, node, true);
+      data().setUint32(at + 4, axes, true);
+      doubles(at + 8, displacement);
+      doubles(at + 32, velocity);
+    });
+  }
+  load(loads) {
+    this.#list("load", loads, 32, (at, { node, force }) => {
+      data().setUint32(at, node, true);
+      doubles(at + 8, force);
+    });
+  }
+  moveObstacles(poses) {
+    this.#list("move_obstacles", poses, 144, writePose);
+  }
+  #list(name, entries, bytes, write, ...before) {
+    withMemory((take) => {
+      const at = take(bytes * entries.length);
+      entries.forEach((entry, i) => write(at + bytes * i, entry));
+      call(`hybmss_dynamics_${name}`, this.at, ...before, at, entries.length);
+    });
+  }
+  setObstacles(obstacles) {
+    const write = (at, { shape, dimensions, pose, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }) => {
+      known("obstacle", rest, []);
+      data().setInt32(at, choice("obstacle.shape", shape, shapes), true);
+      doubles(at + 8, dimensions);
+      writePose(at + 32, pose);
+      doubles(at + 176, [friction, stiffness, frictionDelay]);
+    };
+    this.#list("set_obstacles", obstacles, 200, write, this.lattice.at);
+    this.obstacles = obstacles.length;
+  }
+  obstacleReadings() {
+    return withMemory((take) => {
+      const at = take(136 * this.obstacles);
+      call("hybmss_dynamics_obstacle_readings", this.at, at, this.obstacles);
+      return Array.from({ length: this.obstacles }, (_, i) => {
+        const v = read(at + 136 * i, 16);
+        const [force, torque, impulse, angularImpulse] = [0, 3, 10, 13].map((n) => v.slice(n, n + 3));
+        const [depth, greatestDepth, energy, dissipated] = v.slice(6, 10);
+        const nodes = data().getUint32(at + 136 * i + 128, true);
+        return { force, torque, nodes, depth, greatestDepth, energy, dissipated, impulse, angularImpulse };
+      });
+    });
+  }
+  removeCells(cells) {
+    return withMemory((take) => {
+      const removed = take(4);
+      const list = put(take, Uint32Array, cells);
+      call("hybmss_dynamics_remove_cells", this.at, this.lattice.at, list, cells.length, removed);
+      return data().getUint32(removed, true);
+    });
+  }
+  dampSprings(stiffnessDamping) {
+    call("hybmss_dynamics_damp_springs", this.at, stiffnessDamping);
+  }
+  energies() {
+    const [springs, volume, kinetic] = pair("hybmss_dynamics_energies", this.at);
+    return { springs, volume, kinetic };
+  }
+  get notFiniteAt() {
+    return withMemory((take) => {
+      const at = take(8);
+      call("hybmss_dynamics_not_finite_at", this.at, at);
+      return Number(data().getBigInt64(at, true));
+    });
+  }
+  get criticalTimeStep() {
+    return number(this.at, "hybmss_dynamics_critical_time_step", 8);
+  }
+}
+
+// ---- skins and records
+
+export class Skin extends Handle {
+  constructor(lattice, mesh, { precision = "float32", map } = {}) {
+    ready();
+    super("skin", (slot) =>
+      withMemory((take) => {
+        const { vertices, triangles } = mesh;
+        const x = put(take, Float64Array, vertices);
+        const t = put(take, Uint32Array, triangles);
+        const wide = typeOf(precision) === Float64Array ? 1 : 0;
+        call("hybmss_skin_create", lattice.at, wide, x, vertices.length / 3, t, triangles.length / 3, 0, slot);
+      }),
+    );
+    this.x = this.block(typeOf(precision), mesh.vertices.length);
+    this.n = this.block(typeOf(precision), mesh.vertices.length);
+    if (map) {
+      this.map = this.block(Uint32Array, map.length);
+      this.map.view.set(map);
+    }
+  }
+  update(dynamics) {
+    dynamics.displacements; // as they are now
+    withMemory((take) => {
+      const u = field(take, dynamics.fields.displacements, this.map);
+      call("hybmss_skin_update", this.at, u, field(take, this.x), field(take, this.n));
+    });
+  }
+  get positions() {
+    return this.x.view;
+  }
+  get normals() {
+    return this.n.view;
+  }
+}
+
+export class Record extends Handle {
+  constructor(words) {
+    ready();
+    const bytes = typeof words === "string" ? new TextEncoder().encode(words) : words;
+    super("record", (slot) =>
+      withMemory((take) => call("hybmss_record_parse", put(take, Uint8Array, bytes), bytes.length, slot)),
+    );
+    this.stateCount = number(this.at, "hybmss_record_state_count");
+  }
+  lattice() {
+    return new Lattice((slot) => call("hybmss_record_body", this.at, slot));
+  }
+  readDisplacements(state, plan) {
+    withMemory((take) => call("hybmss_record_displacements", this.at, state, field(take, plan.u)));
+  }
+  compareForces(state, plan) {
+    return withMemory((take) => {
+      const error = take(8);
+      call("hybmss_record_compare_forces", this.at, state, field(take, plan.f), error);
+      return data().getFloat64(error, true);
+    });
+  }
+  compareEnergy(state, plan) {
+    const { springs, volume } = plan.energy();
+    return withMemory((take) => {
+      const error = take(8);
+      const wide = plan.u.Type === Float64Array ? 1 : 0;
+      call("hybmss_record_compare_energy", this.at, state, wide, springs, volume, error);
+      return data().getFloat64(error, true);
+    });
+  }
+}
+
+/** The version of the library, "major.minor.patch". */
+export function version() {
+  ready();
+  return text(wasm.hybmss_version());
+}

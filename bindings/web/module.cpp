@@ -1,0 +1,60 @@
+// What hybmss.js takes for granted of the C interface: where members lie, in bytes.
+#include "hybmss/hybmss.h"
+
+#include <cstddef>
+
+#define AT(type, member, offset) static_assert(offsetof(type, member) == (offset))
+#define SIZE(type, size) static_assert(sizeof(type) == (size))
+
+AT(hybmss_material, volume_energy, 32);
+AT(hybmss_material, stiffening_quadratic, 40);
+AT(hybmss_material, springs, 56);
+AT(hybmss_material, crush_resistance, 64);
+SIZE(hybmss_material, 80);
+
+AT(hybmss_plan_options, layout, 4);
+AT(hybmss_plan_options, accuracy, 8);
+AT(hybmss_plan_options, threads, 12);
+AT(hybmss_plan_options, measure, 16);
+SIZE(hybmss_plan_options, 24);
+
+AT(hybmss_field, x, 4);
+AT(hybmss_field, stride, 16);
+AT(hybmss_field, count, 20);
+AT(hybmss_field, map, 24);
+SIZE(hybmss_field, 28);
+AT(hybmss_const_field, map, 24);
+SIZE(hybmss_const_field, 28);
+
+AT(hybmss_step_parameters, acceleration, 8);
+AT(hybmss_step_parameters, mass_damping, 32);
+AT(hybmss_step_parameters, integrator, 40);
+SIZE(hybmss_step_parameters, 48);
+
+AT(hybmss_prescribed_node, axes, 4);
+AT(hybmss_prescribed_node, displacement, 8);
+AT(hybmss_prescribed_node, velocity, 32);
+SIZE(hybmss_prescribed_node, 56);
+
+AT(hybmss_nodal_load, force, 8);
+SIZE(hybmss_nodal_load, 32);
+
+AT(hybmss_pose, rotation, 24);
+AT(hybmss_pose, velocity, 96);
+AT(hybmss_pose, angular_velocity, 120);
+SIZE(hybmss_pose, 144);
+
+AT(hybmss_obstacle, dimensions, 8);
+AT(hybmss_obstacle, pose, 32);
+AT(hybmss_obstacle, friction, 176);
+AT(hybmss_obstacle, friction_delay, 192);
+SIZE(hybmss_obstacle, 200);
+
+AT(hybmss_obstacle_reading, depth, 48);
+AT(hybmss_obstacle_reading, energy, 64);
+AT(hybmss_obstacle_reading, impulse, 80);
+AT(hybmss_obstacle_reading, nodes, 128);
+SIZE(hybmss_obstacle_reading, 136);
+
+AT(hybmss_cell_stress, volume_ratio, 168);
+SIZE(hybmss_cell_stress, 200);
