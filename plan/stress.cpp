@@ -118,7 +118,7 @@ struct StressMeter::Implementation {
         }
         for (std::size_t cell = 0; cell < lattice.cell_scales().size(); ++cell) {
             if (lattice.cell_scales()[cell] > 0) {
-                scales.push_back(lattice.cell_scales()[cell]);
+                scales.push_back(lattice.cell_scales()[cell] / lattice.cell_fill(cell)); // of what fills it
                 tissues.push_back(static_cast<std::uint8_t>(lattice.cell_tissue(cell)));
             }
         }

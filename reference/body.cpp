@@ -10,7 +10,7 @@
 namespace hybmss::reference {
 namespace {
 
-/// visit(the grid indices of a cell's corners in corner order, its scale, the number of its tissue)
+/// visit(the grid indices of a cell's corners in corner order, its scale, the number of its tissue, its fill)
 template <class Visit>
 void for_each_filled_cell(const Lattice& lattice, Visit visit) {
     const auto [nx, ny, nz] = lattice.cells();
@@ -26,7 +26,8 @@ void for_each_filled_cell(const Lattice& lattice, Visit visit) {
                         lattice.grid_node_index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
                 }
                 visit(corners, static_cast<double>(lattice.cell_scale(i, j, k)),
-                      lattice.cell_tissue(lattice.cell_index(i, j, k)));
+                      lattice.cell_tissue(lattice.cell_index(i, j, k)),
+                      static_cast<double>(lattice.cell_fill(lattice.cell_index(i, j, k))));
             }
         }
     }
@@ -35,7 +36,7 @@ void for_each_filled_cell(const Lattice& lattice, Visit visit) {
 /// Numbers the grid nodes that touch a cell, in grid order; -1 for the others.
 std::vector<int> number_nodes(const Lattice& lattice) {
     std::vector<int> number(lattice.grid_node_count(), -1);
-    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double, std::size_t) {
+    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double, std::size_t, double) {
         for (std::size_t corner : corners) {
             number[corner] = 0;
         }
@@ -71,7 +72,7 @@ VolumeEnergy resolve_volume_energy(const Material& material) {
 }
 
 // Each cell of scale s adds s k_e/4 to its 12 edges, s k_f/2 to its 12 face diagonals and s k_c to its 4 cube diagonals
-// (section 5.4), and rho h^3/8 to the mass of its 8 corners.
+// (section 5.4), and rho h^3/8 times its fill to the mass of its 8 corners.
 // On means: whole springs k_e, k_f, k_c to each cell, times s. A tissue's cells have G s as all others, with kappa and
 // rho by its own Poisson's ratio and density.
 Body assemble(const Lattice& lattice, const Material& material) {
@@ -107,40 +108,41 @@ Body assemble(const Lattice& lattice, const Material& material) {
     body.mass.assign(body.rest.size(), 0.0);
 
     std::map<std::pair<int, int>, Spring> springs;
-    for_each_filled_cell(lattice, [&](const std::array<std::size_t, 8>& corners, double scale, std::size_t tissue) {
-        std::array<int, 8> nodes{};
-        for (std::size_t c = 0; c < 8; ++c) {
-            nodes[c] = number[corners[c]];
-            body.mass[static_cast<std::size_t>(nodes[c])] += densities[tissue] * h * h * h / 8;
-        }
-        const bool means = material.springs == SpringForm::means;
-        if (means) {
-            body.mean_springs.push_back(
-                {nodes,
-                 h,
-                 {scale * 4 * share[1], scale * 2 * share[2], scale * share[3]},
-                 {scale * hourglass.bending, scale * hourglass.coupling, scale * hourglass.twisting,
-                  scale * hourglass.twist_sum, scale * hourglass.fourth}});
-        }
-        for (unsigned low = 0; low < 8 && !means; ++low) {
-            for (unsigned high = low + 1; high < 8; ++high) {
-                const double stiffness = share[std::popcount(low ^ high)] * scale;
-                if (stiffness == 0) {
-                    continue;
-                }
-                const auto axis = [&](unsigned bit) {
-                    return h * (static_cast<double>(high >> bit & 1) - static_cast<double>(low >> bit & 1));
-                };
-                const Vector3d rest_vector(axis(0), axis(1), axis(2));
-                const int a = nodes[low], b = nodes[high]; // a < b: corners ascend in the grid's order
-                springs.try_emplace({a, b}, Spring{a, b, rest_vector, 0.0}).first->second.stiffness += stiffness;
+    for_each_filled_cell(
+        lattice, [&](const std::array<std::size_t, 8>& corners, double scale, std::size_t tissue, double fill) {
+            std::array<int, 8> nodes{};
+            for (std::size_t c = 0; c < 8; ++c) {
+                nodes[c] = number[corners[c]];
+                body.mass[static_cast<std::size_t>(nodes[c])] += fill * densities[tissue] * h * h * h / 8;
             }
-        }
-        if (body.volume_energy != VolumeEnergy::none || material.crush.any()) {
-            body.cells.push_back({nodes, h * Matrix3d::Identity(), kappas[tissue] * scale,
-                                  modulus * material.crush.stiffness * scale, material.crush.ratio});
-        }
-    });
+            const bool means = material.springs == SpringForm::means;
+            if (means) {
+                body.mean_springs.push_back(
+                    {nodes,
+                     h,
+                     {scale * 4 * share[1], scale * 2 * share[2], scale * share[3]},
+                     {scale * hourglass.bending, scale * hourglass.coupling, scale * hourglass.twisting,
+                      scale * hourglass.twist_sum, scale * hourglass.fourth}});
+            }
+            for (unsigned low = 0; low < 8 && !means; ++low) {
+                for (unsigned high = low + 1; high < 8; ++high) {
+                    const double stiffness = share[std::popcount(low ^ high)] * scale;
+                    if (stiffness == 0) {
+                        continue;
+                    }
+                    const auto axis = [&](unsigned bit) {
+                        return h * (static_cast<double>(high >> bit & 1) - static_cast<double>(low >> bit & 1));
+                    };
+                    const Vector3d rest_vector(axis(0), axis(1), axis(2));
+                    const int a = nodes[low], b = nodes[high]; // a < b: corners ascend in the grid's order
+                    springs.try_emplace({a, b}, Spring{a, b, rest_vector, 0.0}).first->second.stiffness += stiffness;
+                }
+            }
+            if (body.volume_energy != VolumeEnergy::none || material.crush.any()) {
+                body.cells.push_back({nodes, h * Matrix3d::Identity(), kappas[tissue] * scale,
+                                      modulus * material.crush.stiffness * scale, material.crush.ratio});
+            }
+        });
     for (const auto& entry : springs) {
         body.springs.push_back(entry.second);
     }

@@ -87,7 +87,7 @@ std::vector<Named<Lattice>> lattices(std::mt19937& random) {
     return all;
 }
 
-/// Of three materials at random, volume forces none, quadratic and by mean stretch.
+/// Of three materials at random, volume forces none, quadratic and by mean stretch, and with fills.
 constexpr const char* kTissues = "tissues";
 
 Lattice with_tissues(Lattice lattice) {
@@ -96,7 +96,10 @@ Lattice with_tissues(Lattice lattice) {
     for (std::uint8_t& tissue : of_cells) {
         tissue = static_cast<std::uint8_t>(random() % 3);
     }
+    std::vector<float> fills(of_cells.size());
+    std::generate(fills.begin(), fills.end(), [&] { return 0.1f + 0.1f * static_cast<float>(random() % 12); });
     lattice.set_tissues({{0.45, 3000}, {0.0, 500}}, std::move(of_cells));
+    lattice.set_fills(std::move(fills));
     return lattice;
 }
 

@@ -248,7 +248,7 @@ Record read(Reader& reader) {
 } // namespace
 
 std::string record_text(const Record& record) {
-    if (!record.lattice.tissues().empty()) {
+    if (!record.lattice.tissues().empty() || !record.lattice.fills().empty()) {
         throw std::invalid_argument(
             "record: it has one poisson_ratio and one density, and cannot hold cells that differ in these");
     }

@@ -48,9 +48,10 @@ public:
 
     /// Cells of several materials, x fastest: label 0 is no cell, n is materials[n - 1]. The first is the body's, of
     /// which plans are to be made; the others may differ from it in Young's modulus, Poisson's ratio and density.
+    /// `fills`: where given, the part of each cell that holds its material, of its stiffness and of its mass.
     /// Throws std::invalid_argument where one differs in anything else, or where a label has no material.
     static Lattice from_materials(int nx, int ny, int nz, double cell_size, std::span<const std::uint8_t> labels,
-                                  std::span<const Material> materials);
+                                  std::span<const Material> materials, std::span<const float> fills = {});
 
     const std::array<int, 3>& cells() const { return cells_; }
     double cell_size() const { return cell_size_; }
@@ -67,6 +68,14 @@ public:
     /// None where all cells are of the body's material.
     std::span<const Tissue> tissues() const { return tissues_; }
     std::size_t cell_tissue(std::size_t cell) const { return tissue_of_.empty() ? 0 : tissue_of_[cell]; }
+
+    /// Gives each cell the part of a whole cell's mass that it has. Stiffness is the scale's alone: a cell that a
+    /// surface cuts has both by its part that is inside. Throws std::invalid_argument unless there is one for every
+    /// cell, finite and above 0 where the scale is, or none at all.
+    void set_fills(std::vector<float> fills);
+    /// Empty where all cells are whole.
+    std::span<const float> fills() const { return fills_; }
+    float cell_fill(std::size_t cell) const { return fills_.empty() ? 1.0f : fills_[cell]; }
 
     std::size_t grid_node_count() const;
     /// i + (nx+1) (j + (ny+1) k). That 0 <= i <= nx and so on is not checked.
@@ -92,6 +101,7 @@ private:
     std::vector<float> scales_;
     std::vector<Tissue> tissues_;
     std::vector<std::uint8_t> tissue_of_; ///< by cell; empty where there are no tissues
+    std::vector<float> fills_;            ///< by cell; empty where all are whole
 };
 
 /// The material of a tissue's cells at the scale 1, by its number: `material` with the tissue's Poisson's ratio and

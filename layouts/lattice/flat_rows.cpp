@@ -56,7 +56,8 @@ std::vector<bool> layers_alike(const Lattice& lattice, const LatticeAxes& axes) 
         const std::size_t step = by_axis[axes[0]], below = by_axis[axes[2]];
         for (std::size_t i = 0; i < nx; ++i, cell += step) {
             if (scales[cell] != scales[cell - below] ||
-                lattice.cell_tissue(cell) != lattice.cell_tissue(cell - below)) {
+                lattice.cell_tissue(cell) != lattice.cell_tissue(cell - below) ||
+                lattice.cell_fill(cell) != lattice.cell_fill(cell - below)) {
                 return false;
             }
         }

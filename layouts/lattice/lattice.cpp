@@ -31,10 +31,24 @@ void check_shape(const std::array<int, 3>& cells, double cell_size) {
     }
 }
 
+void require_one_a_cell(const char* what, std::size_t given, std::size_t cells) {
+    if (given != cells) {
+        throw std::invalid_argument(std::string(what) + ": " + std::to_string(given) + " values given, " +
+                                    std::to_string(cells) + " needed (nx * ny * nz)");
+    }
+}
+
 void check_scale(float scale) {
     if (!(scale >= 0) || !std::isfinite(scale)) {
         throw std::invalid_argument("cell scale = " + std::to_string(scale) +
                                     " is not allowed: it must be finite and at least 0");
+    }
+}
+
+void check_fill(float fill, std::size_t cell) {
+    if (!(fill > 0) || !std::isfinite(fill)) {
+        throw std::invalid_argument("fill = " + std::to_string(fill) + " of cell " + std::to_string(cell) +
+                                    " is not allowed: where there is a cell it must be finite and above 0");
     }
 }
 
@@ -52,10 +66,7 @@ Lattice Lattice::box(int nx, int ny, int nz, double cell_size) {
 Lattice Lattice::from_cells(int nx, int ny, int nz, double cell_size, std::vector<float> scales) {
     check_shape({nx, ny, nz}, cell_size);
     const auto count = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz);
-    if (scales.size() != count) {
-        throw std::invalid_argument("cell scales: " + std::to_string(scales.size()) + " values given, " +
-                                    std::to_string(count) + " needed (nx * ny * nz)");
-    }
+    require_one_a_cell("cell scales", scales.size(), count);
     for (float scale : scales) {
         check_scale(scale);
     }
@@ -63,7 +74,7 @@ Lattice Lattice::from_cells(int nx, int ny, int nz, double cell_size, std::vecto
 }
 
 Lattice Lattice::from_materials(int nx, int ny, int nz, double cell_size, std::span<const std::uint8_t> labels,
-                                std::span<const Material> materials) {
+                                std::span<const Material> materials, std::span<const float> fills) {
     const auto refuse = [](std::size_t number, const std::string& why) {
         throw std::invalid_argument("material " + std::to_string(number) + " of a lattice: " + why);
     };
@@ -94,21 +105,26 @@ Lattice Lattice::from_materials(int nx, int ny, int nz, double cell_size, std::s
         }
         tissue_of.push_back(static_cast<std::uint8_t>(number));
     }
+    if (!fills.empty()) {
+        require_one_a_cell("fills", fills.size(), labels.size());
+    }
     std::vector<float> scales;
     std::vector<std::uint8_t> numbers;
     scales.reserve(labels.size());
     numbers.reserve(labels.size());
-    for (const std::uint8_t label : labels) {
+    for (std::size_t cell = 0; cell < labels.size(); ++cell) {
+        const std::uint8_t label = labels[cell];
         if (label > materials.size()) {
             refuse(label, "none given, but a cell has this label");
         }
-        scales.push_back(scale_of[label]);
+        scales.push_back(fills.empty() ? scale_of[label] : scale_of[label] * fills[cell]);
         numbers.push_back(tissue_of[label]);
     }
     Lattice lattice = from_cells(nx, ny, nz, cell_size, std::move(scales));
     if (!tissues.empty()) {
         lattice.set_tissues(std::move(tissues), std::move(numbers));
     }
+    lattice.set_fills({fills.begin(), fills.end()});
     return lattice;
 }
 
@@ -130,6 +146,18 @@ void Lattice::set_tissues(std::vector<Tissue> tissues, std::vector<std::uint8_t>
     tissue_of_ = std::move(of_cells);
 }
 
+void Lattice::set_fills(std::vector<float> fills) {
+    if (!fills.empty()) {
+        require_one_a_cell("fills", fills.size(), scales_.size());
+    }
+    for (std::size_t cell = 0; cell < fills.size(); ++cell) {
+        if (scales_[cell] > 0) {
+            check_fill(fills[cell], cell);
+        }
+    }
+    fills_ = std::move(fills);
+}
+
 std::size_t Lattice::cell_index(int i, int j, int k) const {
     if (i < 0 || j < 0 || k < 0 || i >= cells_[0] || j >= cells_[1] || k >= cells_[2]) {
         throw std::invalid_argument("cell (" + std::to_string(i) + ", " + std::to_string(j) + ", " + std::to_string(k) +
@@ -142,7 +170,11 @@ std::size_t Lattice::cell_index(int i, int j, int k) const {
 
 void Lattice::set_cell_scale(int i, int j, int k, float scale) {
     check_scale(scale);
-    scales_[cell_index(i, j, k)] = scale;
+    const std::size_t cell = cell_index(i, j, k);
+    if (scale > 0) {
+        check_fill(cell_fill(cell), cell);
+    }
+    scales_[cell] = scale;
 }
 
 void Lattice::remove_cells(std::span<const std::array<int, 3>> cells) {

@@ -30,12 +30,13 @@ CellShares::Cell CellShares::cell_at(const std::array<int, 3>& place) const {
     std::array<int, 3> cell{};
     for (std::size_t c = 0; c < 3; ++c) {
         if (place[c] < 0 || place[c] >= lattice_.cells()[axes_[c]]) {
-            return {0, 0};
+            return {0, 0, 0};
         }
         cell[axes_[c]] = place[c];
     }
     const std::size_t index = lattice_.cell_index(cell[0], cell[1], cell[2]);
-    return {static_cast<double>(lattice_.cell_scales()[index]), lattice_.cell_tissue(index)};
+    return {static_cast<double>(lattice_.cell_scales()[index]), lattice_.cell_tissue(index),
+            static_cast<double>(lattice_.cell_fill(index))};
 }
 
 CellShares::Node CellShares::at(const std::array<std::size_t, 3>& place) const {
@@ -46,7 +47,7 @@ CellShares::Node CellShares::at(const std::array<std::size_t, 3>& place) const {
     for (int bits = 0; bits < 8; ++bits) {
         const Cell cell = cell_at({i - (bits & 1), j - (bits >> 1 & 1), k - (bits >> 2)});
         s[bits] = cell.scale;
-        node.cells += s[bits] > 0 ? own_[cell.tissue].density : 0;
+        node.cells += s[bits] > 0 ? own_[cell.tissue].density * cell.fill : 0;
         node.volume += bits == 0 ? s[0] * own_[cell.tissue].volume : 0;
     }
     node.stiffness = {edge_ * (s[0] + s[2] + s[4] + s[6]), // along a row: cells that differ across it

@@ -19,8 +19,8 @@ using LatticeAxes = std::array<std::size_t, 3>;
 std::string word_of(const LatticeAxes& axes);
 
 /// What the cells around a grid node give to it and to the springs that start there: k = (k_e/4) * the sum of the
-/// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell, rho its tissue's. The same numbers in
-/// every layout.
+/// scales of the cells around an edge, and so on; a mass of rho h^3/8 a cell times its fill, rho its tissue's. The same
+/// numbers in every layout.
 class CellShares {
 public:
     CellShares(const Lattice& lattice, const Material& material, const LatticeAxes& axes);
@@ -28,7 +28,8 @@ public:
     struct Node {
         std::array<double, 7> stiffness; ///< k h, N; in the order of kernels::LatticeLayer
         double volume;                   ///< kappa h^2 / 32 of the cell whose low corner it is, N
-        double cells; ///< that touch the node, by their density over the material's: nonzero makes it one of the body
+        double cells; ///< that touch the node, by their mass over a whole one's of the material: nonzero makes it one
+                      ///< of the body
     };
     /// Of the grid node at this place along the layout's axes.
     Node at(const std::array<std::size_t, 3>& place) const;
@@ -47,6 +48,7 @@ private:
     struct Cell {
         double scale; ///< zero outside
         std::size_t tissue;
+        double fill;
     };
     Cell cell_at(const std::array<int, 3>& place) const;
 

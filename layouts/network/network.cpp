@@ -156,13 +156,14 @@ Network Network::from_lattice(const Lattice& lattice, const Material& material) 
                     add_springs(kCubeDiagonals, constants.cube_diagonal, i, j, k);
                 }
                 if (const double s = scale(i, j, k); s > 0) {
-                    const std::size_t tissue = lattice.cell_tissue(lattice.cell_index(i, j, k));
+                    const std::size_t index = lattice.cell_index(i, j, k), tissue = lattice.cell_tissue(index);
+                    const double mass = cell_masses[tissue] * static_cast<double>(lattice.cell_fill(index));
                     Cell cell{{}, kappas[tissue] * s, on_means ? s : 0};
                     for (int corner = 0; corner < 8; ++corner) {
                         const auto node = static_cast<std::size_t>(number[lattice.grid_node_index(
                             i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))]);
                         cell.nodes[static_cast<std::size_t>(corner)] = static_cast<std::int32_t>(node);
-                        network.masses[node] += cell_masses[tissue];
+                        network.masses[node] += mass;
                     }
                     if (kappas[tissue] != 0 || on_means) {
                         network.cells.push_back(cell);

@@ -151,10 +151,10 @@ double FrequencyBounds::critical_time_step(double stiffness_damping, double furt
 FrequencyBounds lattice_frequencies(const Lattice& lattice, const Material& material) {
     const double h = lattice.cell_size();
     const auto scales = lattice.cell_scales();
-    std::vector<float> largest_scales(1 + lattice.tissues().size(), 0.0f); // by tissue
+    std::vector<float> largest_scales(1 + lattice.tissues().size(), 0.0f); // by tissue, over the fill
     for (std::size_t cell = 0; cell < scales.size(); ++cell) {
         float& largest = largest_scales[lattice.cell_tissue(cell)];
-        largest = std::max(largest, scales[cell]);
+        largest = std::max(largest, scales[cell] > 0 ? scales[cell] / lattice.cell_fill(cell) : 0.0f);
     }
     // The body's energy is the sum of its cells', its mass likewise: no mode is faster than the fastest cell by itself.
     FrequencyBounds bounds;

@@ -123,6 +123,10 @@ Lattice sample_of(const Lattice& lattice, std::size_t most_nodes) {
                                return static_cast<std::uint8_t>(lattice.cell_tissue(cell));
                            }));
     }
+    if (!lattice.fills().empty()) {
+        sample.set_fills(
+            window_of(lattice, place_of_best, size, [&](std::size_t cell) { return lattice.cell_fill(cell); }));
+    }
     return sample;
 }
 

@@ -215,7 +215,8 @@ void Simulation::Implementation::list_cells() {
 double Simulation::Implementation::energy_of(const BodyCell& cell, std::span<const Vector3> displacements,
                                              std::span<const Vector3> velocities) const {
     const Material material = material_of(lattice, lattice.cell_tissue(cell.cell), scene.material);
-    const double h = lattice.cell_size(), mass = material.density * h * h * h / 8;
+    const double h = lattice.cell_size(),
+                 mass = material.density * h * h * h / 8 * static_cast<double>(lattice.cell_fill(cell.cell));
     const Vector3& g = gravity;
     std::array<Vector3, 8> u{};
     double energy = 0;

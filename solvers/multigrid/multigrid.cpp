@@ -101,9 +101,9 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
     : body_(&body), workers_(&body.workers()), stiffness_(lattice, material), grid_{lattice.cells()},
       unit_(body.length_unit() / lattice.cell_size()),
       scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), tissues_(scales_.size()),
-      node_at_(grid_.size(), kNoNode), touching_(body.node_count(), 0.0f), patterns_(stiffness_.on_means()),
-      gradients_(grid_), grid_in_(grid_), grid_out_(grid_),
-      degree_(smoother_degree(volume_to_shear(lattice, material))),
+      fills_(lattice.fills().begin(), lattice.fills().end()), node_at_(grid_.size(), kNoNode),
+      touching_(body.node_count(), 0.0f), patterns_(stiffness_.on_means()), gradients_(grid_), grid_in_(grid_),
+      grid_out_(grid_), degree_(smoother_degree(volume_to_shear(lattice, material))),
       low_part_((volume_to_shear(lattice, material) > kStiffVolume ? 0.5 : 1.0) / (degree_ * degree_)) {
     for (float& scale : scales_) {
         scale *= static_cast<float>(unit_);
@@ -123,7 +123,7 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
     }
     std::size_t cell = 0;
     for_each_place({0, 0, 0}, {nx - 1, ny - 1, nz - 1}, [&](int i, int j, int k) {
-        const float cells = stiffness_.density(tissues_[cell]);
+        const float cells = mass_of(cell);
         if (scales_[cell++] > 0) {
             gradients_.present()[grid_.index(i, j, k)] = 1;
             for (std::size_t corner = 0; corner < 8; ++corner) {

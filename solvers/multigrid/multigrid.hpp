@@ -54,6 +54,10 @@ private:
         std::size_t grid, place, length;
     };
 
+    /// Of a cell, over that of a whole one of the material.
+    float mass_of(std::size_t cell) const {
+        return stiffness_.density(tissues_[cell]) * (fills_.empty() ? 1.0f : fills_[cell]);
+    }
     void find_runs();
     template <class Visit>
     void for_each_run(const Visit& visit) const;
@@ -82,9 +86,10 @@ private:
     double unit_;                        ///< the body's unit of length by the cell's edge
     std::vector<float> scales_;          ///< times unit_: matrices are by the body's unit
     std::vector<std::uint8_t> tissues_;  ///< by cell
+    std::vector<float> fills_;           ///< by cell; none where all are whole
     std::vector<std::uint32_t> places_;  ///< of the body's nodes in the layout
     std::vector<std::uint32_t> node_at_; ///< the body's node of a padded grid node; kNoNode where there is none
-    std::vector<float> touching_;        ///< cells at each of the body's nodes, by density over the material's
+    std::vector<float> touching_;        ///< cells at each of the body's nodes, by mass_of()
     std::vector<Run> runs_;
     CellPatterns patterns_;
     std::vector<std::uint8_t> held_; ///< by which they were found

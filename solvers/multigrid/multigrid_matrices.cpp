@@ -129,7 +129,8 @@ void Multigrid::add_layer(std::size_t level, int k, const Potential<float>& pote
     const PaddedGrid& grid = cells.gradients->grid();
     const auto row = static_cast<std::size_t>(grid.cells[0]), rows = static_cast<std::size_t>(grid.cells[1]);
     const std::span<const double> pulls = potential.pull_stiffness();
-    // The same for every cell of a tissue at every corner: masses follow the cells' number.
+    // The same for every cell of a tissue at every corner: masses follow the cells' number. (Cells that are cut are
+    // seldom all alike where they are merged; those that are count as whole.)
     const float pull = pulls.empty() ? 0.0f : static_cast<float>(pulls[0]) / touching_[0];
     CellTangents tangents;
     CellMatrices matrices;
@@ -217,8 +218,7 @@ bool Multigrid::finest_matrix(int i, int j, int k, const Potential<float>& poten
     stiffness_.evaluate(displacement, static_cast<double>(scales_[cell]), tissues_[cell], matrix);
     for (std::size_t a = 0; a < 8; ++a) {
         if (!pull.empty()) {
-            const auto share =
-                static_cast<float>(pull[node[a]]) / touching_[node[a]] * stiffness_.density(tissues_[cell]);
+            const auto share = static_cast<float>(pull[node[a]]) / touching_[node[a]] * mass_of(cell);
             for (const std::size_t e : {0u, 4u, 8u}) {
                 matrix.block[a][a][e] += share;
             }

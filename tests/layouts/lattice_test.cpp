@@ -1,4 +1,6 @@
 #include "hybmss/lattice.hpp"
+#include "hybmss/network.hpp"
+#include "layouts/lattice/lattice_arrays.hpp"
 #include "reference/body.hpp"
 #include "tests/random_bodies.hpp"
 #include "tests/refusal.hpp"
@@ -7,6 +9,7 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace hybmss::testing {
 namespace {
@@ -109,6 +112,38 @@ TEST(Lattice, RefusesWhatIsOutOfRange) {
     expect_refusal([&] { lattice.set_cell_scale(0, 0, 0, std::nanf("")); }, {"cell scale = ", "at least 0"});
     expect_refusal([&] { lattice.set_cell_scale(2, 0, 0, 1); }, {"cell (2, 0, 0)", "outside"});
     expect_refusal([&] { static_cast<void>(lattice.cell_scale(0, -1, 0)); }, {"cell (0, -1, 0)", "outside"});
+}
+
+/// What a cell holds of its material it has of both stiffness and mass; its stable step is a whole one's.
+TEST(Lattice, FillsScaleStiffnessAndMass) {
+    const Material body = {.young_modulus = 1e4, .poisson_ratio = 0.3, .density = 1000};
+    Material other = body;
+    other.young_modulus = 3e4;
+    other.density = 500;
+    const std::uint8_t labels[] = {1, 2, 0};
+    const Material both[] = {body, other};
+    const float fills[] = {0.5f, 1.25f, 0};
+    const Lattice lattice = Lattice::from_materials(3, 1, 1, 0.1, labels, both, fills);
+    EXPECT_EQ(lattice.cell_scale(0, 0, 0), 0.5f);
+    EXPECT_EQ(lattice.cell_scale(1, 0, 0), 3.75f);
+    EXPECT_EQ(lattice.cell_scale(2, 0, 0), 0.0f);
+    const Network network = Network::from_lattice(lattice, body);
+    EXPECT_NEAR(network.masses[0], 0.5 * 1000 * 1e-3 / 8, 1e-12);
+    EXPECT_NEAR(network.masses[1], (0.5 * 1000 + 1.25 * 500) * 1e-3 / 8, 1e-12);
+    for (const LatticeAxes& axes : {LatticeAxes{0, 1, 2}, LatticeAxes{2, 0, 1}}) {
+        EXPECT_EQ(flat_rows<double>(lattice, body, axes).masses, network.masses);
+    }
+    EXPECT_EQ(active_rows<double>(lattice, body, 8).masses, network.masses);
+
+    Lattice box = Lattice::box(2, 1, 1, 1);
+    EXPECT_EQ(box.cell_fill(1), 1.0f);
+    expect_refusal([&] { box.set_fills({1}); }, {"fills: 1 values given", "2 needed"});
+    expect_refusal([&] { box.set_fills({1, 0}); }, {"fill = 0", "of cell 1", "above 0"});
+    expect_refusal([&] { box.set_fills({1, std::nanf("")}); }, {"of cell 1", "finite"});
+    box.set_cell_scale(1, 0, 0, 0);
+    box.set_fills({1, 0});
+    expect_refusal([&] { box.set_cell_scale(1, 0, 0, 1); }, {"fill = 0", "of cell 1"});
+    expect_refusal([&] { Lattice::from_materials(3, 1, 1, 1, labels, both, std::span(fills).first(2)); }, {"fills: 2"});
 }
 
 } // namespace
