@@ -382,6 +382,9 @@ void explain(const ExplainArguments& arguments) {
     if (const std::string labels = labels_line(scene); !labels.empty()) {
         row("labels", labels);
     }
+    if (const std::string fills = fills_line(simulation); !fills.empty()) {
+        row("fill", fills);
+    }
     row("parts", parts.empty() ? "1: all cells hang together by their faces" : parts);
     row("nodes", fmt::format("{}", simulation.node_count()));
     row("springs",

@@ -83,6 +83,19 @@ std::string labels_line(const Scene& scene) {
     return line;
 }
 
+std::string fills_line(const Simulation& simulation) {
+    const Lattice& lattice = simulation.lattice();
+    const std::vector<float> fills = values_of_cells(lattice, lattice.fills());
+    if (fills.empty()) {
+        return "";
+    }
+    const auto cut = std::count_if(fills.begin(), fills.end(), [](float fill) { return fill != 1; });
+    return fmt::format("{} of {} cells are not whole; {:.6g} m^3 by their fills, {:.6g} m^3 inside the surface", cut,
+                       fills.size(),
+                       std::accumulate(fills.begin(), fills.end(), 0.0) * std::pow(lattice.cell_size(), 3),
+                       simulation.scene().body.surface_volume);
+}
+
 std::string summary_table(const Simulation& simulation, const Summary& s) {
     std::string table;
     auto out = std::back_inserter(table);

@@ -34,17 +34,6 @@ void join(std::vector<Run>& runs, std::size_t a, std::size_t a_end, std::size_t 
 
 } // namespace
 
-std::vector<std::uint8_t> cell_labels(const Lattice& lattice, std::span<const std::uint8_t> grid_labels) {
-    std::vector<std::uint8_t> labels;
-    const std::span<const float> scales = lattice.cell_scales();
-    for (std::size_t cell = 0; cell < grid_labels.size(); ++cell) {
-        if (scales[cell] > 0) {
-            labels.push_back(grid_labels[cell]);
-        }
-    }
-    return labels;
-}
-
 double volume_ratio_minus_one(std::span<const std::array<double, 3>> displacement,
                               const std::array<std::uint32_t, 8>& corners, double cell_size) {
     double H[3][3] = {}; // H[i][j] = d u_i / d X_j
@@ -66,18 +55,21 @@ double volume_ratio_minus_one(std::span<const std::array<double, 3>> displacemen
 }
 
 VolumeChange measure_volume_change(std::span<const std::array<double, 3>> displacement,
-                                   std::span<const std::array<std::uint32_t, 8>> cells, double cell_size) {
-    double sum = 0, low = HUGE_VAL, high = -HUGE_VAL;
-    for (const auto& cell : cells) {
-        const double change = volume_ratio_minus_one(displacement, cell, cell_size);
-        sum += change;
+                                   std::span<const std::array<std::uint32_t, 8>> cells, double cell_size,
+                                   std::span<const float> fills) {
+    double sum = 0, volume = 0, low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+        const double change = volume_ratio_minus_one(displacement, cells[n], cell_size);
+        const double fill = fills.empty() ? 1.0 : static_cast<double>(fills[n]);
+        sum += fill * change;
+        volume += fill;
         low = std::min(low, change);
         high = std::max(high, change);
     }
     if (cells.empty()) {
         return {};
     }
-    return {std::abs(sum) / static_cast<double>(cells.size()), 1 + low, 1 + high};
+    return {std::abs(sum) / volume, 1 + low, 1 + high};
 }
 
 std::vector<std::size_t> cell_parts(const Lattice& lattice) {

@@ -164,8 +164,8 @@ void add_crossings(std::vector<Crossing>& crossings, const std::array<Point, 3>&
     }
 }
 
-/// The grid around the surface; no cell has a label yet.
-SceneBody grid_around(const TriangleSurface& surface, double cell_size) {
+/// The grid around the surface, its labels 0. Throws where memory does not hold so many bytes for each of its cells.
+SceneBody grid_around(const TriangleSurface& surface, double cell_size, std::size_t bytes_a_cell) {
     std::array<double, 3> low = surface.vertices.at(0), high = low;
     for (const auto& x : surface.vertices) {
         for (std::size_t a = 0; a < 3; ++a) {
@@ -185,30 +185,37 @@ SceneBody grid_around(const TriangleSurface& surface, double cell_size) {
         body.cells[a] = static_cast<std::int64_t>(std::min(count, 1e12));
         body.origin[a] = (low[a] + high[a] - count * cell_size) / 2;
     }
+    const std::size_t count = sample_bytes(body.cells, {.bytes = 1});
+    if (static_cast<double>(count * bytes_a_cell) > available_bytes()) {
+        throw std::runtime_error("its grid is " + grid_text(body.cells) + "; there is not enough memory for it");
+    }
+    body.labels.assign(count, 0);
     return body;
+}
+
+/// visit(the corners in units of cells, `middle` of the first cell at the origin)
+template <class Visit>
+void for_each_triangle(const TriangleSurface& surface, const SceneBody& body, double middle, const Visit& visit) {
+    for (const auto& triangle : surface.triangles) {
+        std::array<Point, 3> t{};
+        for (std::size_t v = 0; v < 3; ++v) {
+            const auto& x = surface.vertices[triangle[v]];
+            const auto at = [&](std::size_t a) { return (x[a] - body.origin[a]) / body.cell_size - middle; };
+            t[v] = {at(0), at(1), at(2)};
+        }
+        visit(t);
+    }
 }
 
 } // namespace
 
 SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size) {
-    SceneBody body = grid_around(surface, cell_size);
-    const std::size_t count = sample_bytes(body.cells, {.bytes = 1});
-    if (static_cast<double>(count) > available_bytes()) {
-        throw std::runtime_error("its grid is " + grid_text(body.cells) + "; there is not enough memory for it");
-    }
+    SceneBody body = grid_around(surface, cell_size, 1);
     std::vector<Crossing> crossings;
-    for (const auto& triangle : surface.triangles) {
-        std::array<Point, 3> t{};
-        for (std::size_t v = 0; v < 3; ++v) {
-            const auto& x = surface.vertices[triangle[v]];
-            const auto at = [&](std::size_t a) { return (x[a] - body.origin[a]) / cell_size - 0.5; };
-            t[v] = {at(0), at(1), at(2)};
-        }
-        add_crossings(crossings, t, body.cells);
-    }
+    for_each_triangle(surface, body, 0.5,
+                      [&](const std::array<Point, 3>& t) { add_crossings(crossings, t, body.cells); });
     std::sort(crossings.begin(), crossings.end());
 
-    body.labels.assign(count, 0);
     const auto columns = static_cast<std::size_t>(body.cells[0] * body.cells[1]);
     for (std::size_t c = 0; c < crossings.size();) {
         const std::size_t column = crossings[c].column;
@@ -226,6 +233,221 @@ SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, dou
         }
     }
     return body;
+}
+
+// The part of each cell inside a closed surface: the prisms below its triangles, those that look up added, those that
+// look down taken off. Triangles are cut along the cells' faces, so a piece lies in one cell, gives it the prism from
+// its floor to the piece, and to all cells below it in its column whole prisms. Nothing here depends on whether a point
+// is on a face: all is continuous in the vertices.
+
+namespace {
+
+/// What fills less of a cell has no cell of its own.
+constexpr double kSliver = 0.05;
+/// Up to so much a cell counts as whole or empty: STL holds floats.
+constexpr double kRounding = 1e-5;
+
+/// A convex polygon in space, its corners in order.
+using Polygon = std::vector<Vector3>;
+
+/// What of it is on one side of a plane across an axis: x_axis >= bound for `side` = 1, <= bound for -1.
+Polygon clipped(const Polygon& polygon, std::size_t axis, double bound, double side) {
+    Polygon kept;
+    kept.reserve(polygon.size() + 1);
+    for (std::size_t n = 0; n < polygon.size(); ++n) {
+        const Vector3 &a = polygon[n], &b = polygon[(n + 1) % polygon.size()];
+        const double da = side * (a[axis] - bound), db = side * (b[axis] - bound);
+        if (da >= 0) {
+            kept.push_back(a);
+        }
+        if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+            Vector3 cut{};
+            for (std::size_t c = 0; c < 3; ++c) {
+                cut[c] = a[c] + da / (da - db) * (b[c] - a[c]);
+            }
+            cut[axis] = bound;
+            kept.push_back(cut);
+        }
+    }
+    return kept;
+}
+
+/// visit(cell number, the part of the polygon in it) for the cells along an axis from 0 to `cells`.
+template <class Visit>
+void for_each_slice(const Polygon& polygon, std::size_t axis, std::int64_t cells, const Visit& visit) {
+    if (polygon.size() < 3) {
+        return;
+    }
+    const auto [low, high] = std::minmax_element(
+        polygon.begin(), polygon.end(), [axis](const Vector3& a, const Vector3& b) { return a[axis] < b[axis]; });
+    const int first = clamped(std::floor((*low)[axis]), cells), last = clamped(std::ceil((*high)[axis]), cells);
+    for (int n = first; n < std::max(last, first + 1) && n < cells; ++n) {
+        visit(n, clipped(clipped(polygon, axis, n, 1), axis, n + 1, -1));
+    }
+}
+
+/// What a piece of the surface in one cell gives to it and to each cell below, by volume and first moments about the
+/// cell's centre.
+struct Prism {
+    std::size_t column;
+    int layer;
+    double volume = 0, area = 0; ///< area: the volume of a whole prism
+    Vector3 moment{};
+    double area_x = 0, area_y = 0;
+    bool operator<(const Prism& other) const { // from the top of each column
+        return column != other.column ? column < other.column : layer > other.layer;
+    }
+};
+
+Prism prism(const Polygon& piece, std::size_t column, int i, int j, int layer) {
+    Prism sum{.column = column, .layer = layer};
+    for (std::size_t n = 1; n + 1 < piece.size(); ++n) {
+        const Vector3* const corners[3] = {&piece[0], &piece[n], &piece[n + 1]};
+        const auto edge = [&](std::size_t to, std::size_t axis) { return (*corners[to])[axis] - piece[0][axis]; };
+        const double third = (edge(1, 0) * edge(2, 1) - edge(1, 1) * edge(2, 0)) / 6; // of the area seen from above
+        for (std::size_t c = 0; c < 3; ++c) { // edges' middles: exact for squares
+            const auto middle = [&](std::size_t axis) {
+                return 0.5 * ((*corners[c])[axis] + (*corners[(c + 1) % 3])[axis]);
+            };
+            const double x = middle(0) - (i + 0.5), y = middle(1) - (j + 0.5), depth = middle(2) - layer;
+            sum.area += third;
+            sum.area_x += third * x;
+            sum.area_y += third * y;
+            sum.volume += third * depth;
+            sum.moment[0] += third * x * depth;
+            sum.moment[1] += third * y * depth;
+            sum.moment[2] += third * 0.5 * depth * (depth - 1);
+        }
+    }
+    return sum;
+}
+
+/// The part of a cell that is inside, and where its centre of mass is, in cell sizes off the cell's centre.
+struct CutCell {
+    std::size_t cell;
+    double fill;
+    Vector3 offset;
+};
+
+/// Sets the labels of all cells that are not slivers, and the fills by volume alone. Returns the cells that are cut.
+std::vector<CutCell> fill_by_volume(SceneBody& body, std::vector<Prism>& prisms, double sign) {
+    std::vector<CutCell> cut;
+    const auto columns = static_cast<std::size_t>(body.cells[0] * body.cells[1]);
+    std::sort(prisms.begin(), prisms.end());
+    for (std::size_t p = 0; p < prisms.size();) {
+        const std::size_t column = prisms[p].column;
+        Prism above{.column = column, .layer = 0}; // all pieces above the cell, as whole prisms
+        for (int layer = prisms[p].layer; layer >= 0; --layer) {
+            double volume = above.area;
+            Vector3 moment = {above.area_x, above.area_y, 0};
+            for (; p < prisms.size() && prisms[p].column == column && prisms[p].layer == layer; ++p) {
+                volume += prisms[p].volume;
+                for (std::size_t a = 0; a < 3; ++a) {
+                    moment[a] += prisms[p].moment[a];
+                }
+                above.area += prisms[p].area;
+                above.area_x += prisms[p].area_x;
+                above.area_y += prisms[p].area_y;
+            }
+            const std::size_t cell = column + columns * static_cast<std::size_t>(layer);
+            const double fill = std::min(sign * volume, 1.0);
+            if (layer >= body.cells[2] || !(fill > kRounding)) {
+                continue;
+            }
+            body.fills[cell] = static_cast<float>(fill > 1 - kRounding ? 1 : fill);
+            body.labels[cell] = fill >= kSliver;
+            if (fill <= 1 - kRounding) {
+                cut.push_back({cell, fill, {moment[0] / volume, moment[1] / volume, moment[2] / volume}});
+            }
+        }
+    }
+    return cut;
+}
+
+/// Shares what each cell has with the cells beside it so that the first moments are kept: linearly, as its centre of
+/// mass lies between their centres.
+void keep_moments(SceneBody& body, std::span<const CutCell> cut) {
+    const std::size_t steps[3] = {1, static_cast<std::size_t>(body.cells[0]),
+                                  static_cast<std::size_t>(body.cells[0] * body.cells[1])};
+    const auto give = [&](std::size_t from, std::size_t to, double fill) {
+        body.fills[from] -= static_cast<float>(fill);
+        body.fills[to] += static_cast<float>(fill);
+    };
+    for (const auto& [cell, fill, offset] : cut) {
+        std::array<std::size_t, 3> neighbor{};
+        Vector3 share{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto place = cell / steps[a] % static_cast<std::size_t>(body.cells[a]);
+            if (offset[a] > 0 ? place + 1 < static_cast<std::size_t>(body.cells[a]) : place > 0) {
+                neighbor[a] = offset[a] > 0 ? cell + steps[a] : cell - steps[a];
+                share[a] = body.labels[neighbor[a]] != 0 ? std::abs(offset[a]) : 0;
+            }
+        }
+        const double sum = share[0] + share[1] + share[2];
+        for (std::size_t a = 0; body.labels[cell] == 0 && sum > 0 && a < 3; ++a) {
+            give(cell, neighbor[a], fill * share[a] / sum);
+        }
+        for (unsigned corner = 1; body.labels[cell] != 0 && corner < 8; ++corner) {
+            std::size_t to = cell;
+            double part = fill;
+            for (std::size_t a = 0; a < 3; ++a) {
+                const bool beside = (corner >> a & 1) != 0;
+                part *= beside ? share[a] : 1 - share[a];
+                to += beside ? neighbor[a] - cell : 0;
+            }
+            if (part > 0 && body.labels[to] != 0) {
+                give(cell, to, part);
+            }
+        }
+        body.fills[cell] = body.labels[cell] != 0 ? body.fills[cell] : 0;
+    }
+}
+
+} // namespace
+
+SceneBody filled(const TriangleSurface& surface, Orientation orientation, double cell_size) {
+    if (orientation == Orientation::mixed) {
+        throw std::runtime_error(
+            "some of its triangles are turned outwards and some inwards; fill = \"fraction\" needs "
+            "them alike");
+    }
+    SceneBody body = grid_around(surface, cell_size, 1 + sizeof(float));
+    const std::array<std::int64_t, 3>& cells = body.cells;
+    std::vector<Prism> prisms;
+    for_each_triangle(surface, body, 0, [&](const std::array<Point, 3>& t) {
+        const Polygon triangle = {{t[0].x, t[0].y, t[0].z}, {t[1].x, t[1].y, t[1].z}, {t[2].x, t[2].y, t[2].z}};
+        for_each_slice(triangle, 0, cells[0], [&](int i, const Polygon& slice) {
+            for_each_slice(slice, 1, cells[1], [&](int j, const Polygon& piece) {
+                const auto column =
+                    static_cast<std::size_t>(i) + static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(j);
+                // One layer more: what the surface has above the grid.
+                for_each_slice(piece, 2, cells[2] + 1, [&](int k, const Polygon& in_cell) {
+                    prisms.push_back(prism(in_cell, column, i, j, k));
+                });
+            });
+        });
+    });
+    body.fills.assign(body.labels.size(), 0.0f);
+    keep_moments(body, fill_by_volume(body, prisms, enclosed_volume(surface) < 0 ? -1 : 1));
+    return body;
+}
+
+double enclosed_volume(const TriangleSurface& surface) {
+    double sum = 0;
+    const Vector3& o = surface.vertices.at(0); // near the surface: far ones cost digits
+    for (const auto& t : surface.triangles) {
+        Vector3 p[3];
+        for (std::size_t v = 0; v < 3; ++v) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                p[v][a] = surface.vertices[t[v]][a] - o[a];
+            }
+        }
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+            sum += p[0][a] * (p[1][b] * p[2][c] - p[1][c] * p[2][b]) / 6;
+        }
+    }
+    return sum;
 }
 
 } // namespace hybmss

@@ -14,6 +14,7 @@
 namespace hybmss {
 
 using TriangleSurface = TriangleMesh;
+using Vector3 = std::array<double, 3>;
 
 /// Reads an STL or OBJ file; all its objects together. Throws std::runtime_error that says what is wrong, without the
 /// file's name.
@@ -33,5 +34,16 @@ Orientation require_closed(const TriangleSurface& surface);
 /// that is returned `cells`, `cell_size`, `origin` and `labels` are set. Throws std::runtime_error where the grid has
 /// more nodes than can be numbered or than memory holds.
 SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size);
+
+/// The same grid with all cells that the surface reaches, and their `fills`. These are made of the volumes that are
+/// inside the cells, exact to rounding: of what a cut cell has, the part |d_a| goes to the neighbour along each axis a
+/// towards which its centre of mass lies d cell sizes off the cell's centre. So the volume and its first moments, which
+/// bending feels, are those of the surface's inside, wherever the surface runs; an inner cell beside it may have more
+/// than 1. What fills less than a twentieth of a cell goes to its neighbours as a whole. Throws where `orientation` is
+/// mixed, too: which side is inside must be told. Where shells overlap, the cells within are whole.
+SceneBody filled(const TriangleSurface& surface, Orientation orientation, double cell_size);
+
+/// m^3; negative where the triangles turn their outer sides inwards.
+double enclosed_volume(const TriangleSurface& surface);
 
 } // namespace hybmss

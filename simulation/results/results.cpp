@@ -272,7 +272,10 @@ void Results::record() {
         ratios.push_back(1 + volume_ratio_minus_one(u, cell, simulation_.lattice().cell_size()));
     }
     const std::string name = frame_name(frames_.size());
-    const std::vector<std::uint8_t> labels = cell_labels(simulation_.lattice(), simulation_.scene().body.labels);
+    const Lattice& lattice = simulation_.lattice();
+    const std::vector<std::uint8_t> labels =
+        values_of_cells(lattice, std::span<const std::uint8_t>(simulation_.scene().body.labels));
+    const std::vector<float> fills = values_of_cells(lattice, lattice.fills());
     const std::span<const Vector3> rest = simulation_.rest_positions();
     std::vector<Vector3> points(rest.begin(), rest.end());
     for (std::size_t n = 0; n < points.size(); ++n) {
@@ -291,8 +294,8 @@ void Results::record() {
     if (wanted.stress) {
         stress = vtu_stress(simulation_.cell_stresses(), cells, points.size());
     }
-    write_vtu(directory_ / name,
-              {points, cells, u, v, ratios, labels, obstacles, mass, reaction, wanted.stress ? &stress : nullptr});
+    write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, fills, obstacles, mass, reaction,
+                                  wanted.stress ? &stress : nullptr});
     if (wanted.skin) {
         write_skin(simulation_.displacements());
     }

@@ -76,6 +76,9 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     if (!grid.label.empty()) {
         appended.add(header, "UInt8", "label", 1, grid.label);
     }
+    if (!grid.fraction.empty()) {
+        appended.add(header, "Float32", "fraction", 1, grid.fraction);
+    }
     if (grid.stress) {
         appended.add<std::array<double, 6>>(header, "Float64", "cauchy_stress", 6, grid.stress->cauchy_stress);
         appended.add<std::array<double, 6>>(header, "Float64", "green_strain", 6, grid.stress->green_strain);

@@ -38,6 +38,7 @@ struct VtuGrid {
     std::span<const Vector3> velocity;           ///< m/s, one a point
     std::span<const double> volume_ratio;        ///< one a cell
     std::span<const std::uint8_t> label;         ///< one a cell, or none
+    std::span<const float> fraction = {};        ///< one a cell, or none
     std::span<const VtuObstacle> obstacles = {}; ///< as the field array "obstacles": the 16 numbers of each
     std::span<const double> mass = {};           ///< kg, one a point, or none
     std::span<const Vector3> reaction = {};      ///< N, one a point, or none

@@ -217,11 +217,16 @@ std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice
     if (scene.loads.empty()) {
         return {};
     }
-    std::vector<int> cells_at(rest.size(), 0);
+    std::vector<double> cells_at(rest.size(), 0.0);
+    std::size_t cell = 0;
     for (const auto& corners : cell_corners(lattice)) {
-        for (const auto n : corners) {
-            ++cells_at[static_cast<std::size_t>(n)];
+        while (!(lattice.cell_scales()[cell] > 0)) {
+            ++cell;
         }
+        for (const auto n : corners) {
+            cells_at[static_cast<std::size_t>(n)] += static_cast<double>(lattice.cell_fill(cell));
+        }
+        ++cell;
     }
     std::vector<LoadedNodes> all(scene.loads.size());
     for (std::size_t l = 0; l < all.size(); ++l) {

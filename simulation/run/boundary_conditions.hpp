@@ -98,10 +98,10 @@ private:
 std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3> rest, const Region& region,
                                     const std::string& path);
 
-/// The nodes of a [[load]], and how many cells touch each: its share of the force.
+/// The nodes of a [[load]], and how many cells, by their fills, touch each: its share of the force.
 struct LoadedNodes {
     std::vector<std::uint32_t> nodes;
-    std::vector<int> cells;
+    std::vector<double> cells;
     double sum = 0; ///< of cells
 };
 

@@ -1,6 +1,7 @@
 #include "simulation/run/readings.hpp"
 
 #include "layouts/messages.hpp"
+#include "simulation/geometry/cells.hpp"
 #include "simulation/run/cutting.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
@@ -274,15 +275,17 @@ StressSummary Simulation::Implementation::stress_summary() const {
     const std::vector<CellStress> stresses = cell_stresses();
     StressSummary summary;
     std::size_t worst = 0;
+    const std::vector<float> fills = values_of_cells(lattice, lattice.fills());
     double volume = 0;
     for (std::size_t n = 0; n < stresses.size(); ++n) {
         if (stresses[n].von_mises() > summary.max_von_mises) {
             summary.max_von_mises = stresses[n].von_mises();
             worst = n;
         }
-        volume += stresses[n].volume_ratio;
+        const double own = stresses[n].volume_ratio * (fills.empty() ? 1.0 : static_cast<double>(fills[n]));
+        volume += own;
         for (std::size_t s = 0; s < 6; ++s) {
-            summary.mean_cauchy[s] += stresses[n].volume_ratio * stresses[n].cauchy[s];
+            summary.mean_cauchy[s] += own * stresses[n].cauchy[s];
         }
     }
     if (stresses.empty()) {

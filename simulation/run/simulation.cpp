@@ -111,7 +111,8 @@ std::optional<EnergyBalance> Simulation::energy_balance() const {
     return meter ? std::optional(meter->balance()) : std::nullopt;
 }
 VolumeChange Simulation::volume_change() const {
-    return measure_volume_change(displacements(), cell_nodes(), lattice().cell_size());
+    return measure_volume_change(displacements(), cell_nodes(), lattice().cell_size(),
+                                 values_of_cells(lattice(), lattice().fills()));
 }
 Settlement Simulation::settlement() const {
     return implementation_->settlement(energies());

@@ -121,7 +121,7 @@ Lattice scene_lattice(const Scene& scene) {
     if (std::all_of(numbers.begin(), numbers.end(), [](std::uint8_t number) { return number == 0; })) {
         throw scene_error(scene, body_key(body), "the body is empty: at least one cell must be filled");
     }
-    return Lattice::from_materials(nx, ny, nz, body.cell_size, numbers, of.materials);
+    return Lattice::from_materials(nx, ny, nz, body.cell_size, numbers, of.materials, body.fills);
 }
 
 namespace {
@@ -147,8 +147,11 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     TriangleSurface surface = read_surface(path);
     weld(surface);
     const Orientation orientation = require_closed(surface);
-    SceneBody body = voxelised(surface, orientation, scene.body.cell_size);
+    const bool fractions = scene.body.fractions;
+    SceneBody body = (fractions ? filled : voxelised)(surface, orientation, scene.body.cell_size);
     body.surface = scene.body.surface;
+    body.fractions = fractions;
+    body.surface_volume = std::abs(enclosed_volume(surface));
     if (scene.output.skin) { // else nothing draws it
         for (Vector3& vertex : surface.vertices) {
             for (std::size_t a = 0; a < 3; ++a) {

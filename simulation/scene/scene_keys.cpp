@@ -34,6 +34,10 @@ constexpr Key<SceneBody> kBodyKeys[] = {
     {"surface", "", words("the path of an STL or OBJ file, from the scene's folder on"), "none",
      "cells whose centre lies inside the surface, in its own coordinates (m)",
      field<TextFormat, Unless0<&SceneBody::surface>>},
+    {"fill", "", words("\"centre\" or \"fraction\""), "\"centre\"",
+     "with `surface`: cells are whole where their centre is inside, or have of stiffness and mass the part of their "
+     "volume that is inside",
+     field<ChoiceFormat, Unless0<&SceneBody::fractions>>},
     {"cell_size", "m", from(1e-6, 1e6, "at least 1e-6 and at most 1e6"),
      "that of an NRRD file with spacings; free for a `size` with `solver.accuracy`; else required", "edge of a cell",
      field<NumberFormat, Unless0<&SceneBody::cell_size>>},
@@ -49,6 +53,9 @@ void complete_body(const GivenTable& given, SceneBody& body) {
                      : given.has("voxels") ? "voxels"
                                            : "size",
                      "only one of cells, size, voxels and surface may be given");
+    }
+    if (given.has("fill") && !given.has("surface")) {
+        given.refuse("fill", "only a surface has an inside; it must be given with surface");
     }
     if (!given.has("cell_size")) {
         if (given.has("cells") || given.has("surface")) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <numeric>
 #include <sstream>
 
 namespace hybmss {
@@ -150,6 +151,88 @@ TEST(Surface, shells_within_shells_and_mixed_orientation) {
     EXPECT_EQ(voxels(turned(sphere(1)), 0.05).labels, voxels(sphere(1), 0.05).labels);
 }
 
+// -- fill = "fraction"
+
+SceneBody filled_body(TriangleSurface surface, double cell_size) {
+    weld(surface);
+    return filled(surface, require_closed(surface), cell_size);
+}
+
+/// Turned about two axes, and moved.
+TriangleSurface askew(TriangleSurface surface, const Vertex& by) {
+    for (Vertex& v : surface.vertices) {
+        const auto [x, y, z] = v;
+        const double c = std::cos(0.5), s = std::sin(0.5), p = c * x - s * y, q = s * x + c * y;
+        v = {by[0] + p, by[1] + c * q - s * z, by[2] + s * q + c * z};
+    }
+    return surface;
+}
+
+/// Volume and centre of mass of what cells hold by their fills: those of the surface's inside, wherever it runs.
+void expect_moments(const char* what, const TriangleSurface& surface, const Vertex& center, double cell_size) {
+    const SceneBody body = filled_body(surface, cell_size);
+    double sum = 0;
+    Vertex moment{};
+    std::size_t cut = 0;
+    for (std::size_t cell = 0; cell < body.fills.size(); ++cell) {
+        const double fill = static_cast<double>(body.fills[cell]);
+        EXPECT_EQ(fill > 0, body.labels[cell] == 1) << what;
+        EXPECT_LT(fill, 2) << what;
+        cut += fill > 0 && fill < 0.99;
+        sum += fill;
+        const auto nx = static_cast<std::size_t>(body.cells[0]), ny = static_cast<std::size_t>(body.cells[1]);
+        const std::size_t place[3] = {cell % nx, cell / nx % ny, cell / nx / ny};
+        for (std::size_t a = 0; a < 3; ++a) {
+            moment[a] += fill * (body.origin[a] + (static_cast<double>(place[a]) + 0.5) * cell_size);
+        }
+    }
+    const double volume = enclosed_volume(surface);
+    EXPECT_NEAR(sum * std::pow(cell_size, 3), volume, 1e-6 * volume) << what;
+    EXPECT_GT(cut, 20u) << what;
+    for (std::size_t a = 0; a < 3; ++a) {
+        EXPECT_NEAR(moment[a] / sum, center[a], 2e-3 * cell_size) << what; // slivers keep no moment
+    }
+}
+
+TEST(Filled, volume_and_centre_of_mass_are_those_of_the_inside) {
+    const TriangleSurface block = box({-1, -0.6, -0.8}, {1, 0.6, 0.8});
+    EXPECT_NEAR(enclosed_volume(block), 2 * 1.2 * 1.6, 1e-12);
+    for (const double cell_size : {0.31, 0.1}) {
+        expect_moments("ball", sphere(1, {3, 0.2, -0.07}), {3, 0.2, -0.07}, cell_size);
+        expect_moments("box between cells", box({0, 0, 0}, {2.05, 1.44, 1.66}), {1.025, 0.72, 0.83}, cell_size);
+        expect_moments("box askew", askew(block, {0.03, 5, -2}), {0.03, 5, -2}, cell_size);
+    }
+    // Turned inside out, hollow, and with shells that overlap.
+    EXPECT_EQ(filled_body(turned(sphere(1)), 0.1).fills, filled_body(sphere(1), 0.1).fills);
+    const auto volume_of = [](const TriangleSurface& surface) {
+        const SceneBody body = filled_body(surface, 0.1);
+        return std::accumulate(body.fills.begin(), body.fills.end(), 0.0) * 1e-3;
+    };
+    TriangleSurface hollow = sphere(1);
+    append(hollow, turned(sphere(0.6)));
+    EXPECT_NEAR(volume_of(hollow), enclosed_volume(hollow), 1e-6);
+    TriangleSurface doubled = sphere(1);
+    append(doubled, box({-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}));
+    EXPECT_NEAR(volume_of(doubled), enclosed_volume(sphere(1)), 1e-6);
+}
+
+/// Along the grid's planes there is nothing to cut: the very body that centres give.
+TEST(Filled, box_along_cells_is_whole) {
+    for (const int n : {1, 2, 7}) {
+        TriangleSurface block = box({0.1, -3, 2}, {1.1, -2, 4});
+        for (Vertex& v : block.vertices) {
+            for (double& x : v) {
+                x = static_cast<double>(static_cast<float>(x)); // as STL holds it
+            }
+        }
+        const SceneBody whole = voxels(block, 1.0 / n), body = filled_body(block, 1.0 / n);
+        EXPECT_EQ(body.labels, whole.labels);
+        EXPECT_EQ(body.cells, whole.cells);
+        EXPECT_EQ(body.origin, whole.origin);
+        EXPECT_EQ(std::count(body.fills.begin(), body.fills.end(), 1.0f), 2 * n * n * n);
+    }
+}
+
 std::string ascii_stl(const TriangleSurface& surface) {
     std::ostringstream text;
     text.precision(9);
@@ -281,6 +364,86 @@ TEST_F(SurfaceFile, what_is_no_closed_surface_is_told) {
                   .rfind("it is 2 m across, less than one cell: cell_size must be at most that", 0),
               0u);
     EXPECT_NE(error_of("small.obj", obj(box({0, 0, 0}, {1, 1, 0})), "0.5").find("the body is empty"),
+              std::string::npos);
+}
+
+/// A bar whose sides cut cells, pulled along: stiffness, mass and stress are those of the bar.
+TEST_F(SurfaceFile, cut_bar_has_its_own_stiffness_mass_and_stress) {
+    constexpr double kWidth = 0.45, kDepth = 0.375, kLength = 1, kStrain = 1e-6;
+    test::write_text(directory.path() / "bar.stl", binary_stl(box({0, 0, 0}, {kWidth, kLength, kDepth})));
+    for (const char* springs : {"nodes", "means"}) {
+        const std::string text =
+            "[body]\nsurface = \"bar.stl\"\ncell_size = 0.1\nfill = \"fraction\"\n"
+            "[material]\nyoung_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\nsprings = \"" +
+            std::string(springs) +
+            "\"\n[[fix]]\nwhere = \"y-min\"\naxes = \"y\"\n[[fix]]\nwhere = {node = 0}\naxes = \"xz\"\n"
+            "[[fix]]\nwhere = {node = 4}\naxes = \"z\"\n"
+            "[[move]]\nwhere = \"y-max\"\ntranslate = [0, 1e-6, 0]\naxes = \"y\"\n"
+            "[solver]\nmethod = \"static\"\ntolerance = 1e-10\n[output]\nstress = true\n"
+            "[[probe]]\nname = \"plate\"\nwhere = \"y-max\"\n";
+        Simulation simulation(parse_scene(text, directory.path() / "s.toml"));
+        const std::span<const double> masses = simulation.masses();
+        EXPECT_NEAR(std::accumulate(masses.begin(), masses.end(), 0.0), 1000 * kWidth * kDepth * kLength, 1e-4);
+        const Summary summary = simulation.run();
+        ASSERT_TRUE(summary.converged) << summary.failure;
+        EXPECT_NEAR(summary.probes.at(0).force[1], 1e4 * kWidth * kDepth * kStrain,
+                    1e-5 * 1e4 * kWidth * kDepth * kStrain)
+            << springs;
+        for (const CellStress& stress : simulation.cell_stresses()) {
+            EXPECT_NEAR(stress.cauchy[1], 1e4 * kStrain, 1e-4 * 1e4 * kStrain) << springs;
+        }
+        EXPECT_NEAR(summary.stress.value().mean_cauchy[1], 1e4 * kStrain, 1e-4 * 1e4 * kStrain) << springs;
+    }
+}
+
+/// Mass and stiffness of a cell go together, so the step is that of whole cells, and holds.
+TEST_F(SurfaceFile, cut_cells_do_not_shorten_the_step) {
+    test::write_text(directory.path() / "ball.stl", binary_stl(sphere(1, {0.02, 0.03, 0.01}, 4)));
+    const auto simulation_of = [&](const std::string& fill, const std::string& solver) {
+        return Simulation(parse_scene("[body]\nsurface = \"ball.stl\"\ncell_size = 0.2\n" + fill +
+                                          "[material]\nyoung_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\n"
+                                          "[[start]]\nangular_velocity = [0.05, 0.1, 0.2]\n[solver]\n" +
+                                          solver,
+                                      directory.path() / "s.toml"));
+    };
+    const double whole = simulation_of("", "duration = 1\n").critical_time_step();
+    const std::string step = "fill = \"fraction\"\n";
+    EXPECT_NEAR(simulation_of(step, "duration = 1\n").critical_time_step(), whole, 1e-6 * whole);
+    Simulation spinning = simulation_of(step, "time_step = " + std::to_string(0.99 * whole) + "\nduration = 40\n");
+    const double kinetic = spinning.energies().kinetic;
+    const Summary summary = spinning.run();
+    EXPECT_EQ(summary.failure, "");
+    EXPECT_GT(summary.steps, 1000);
+    EXPECT_LT(summary.energies.kinetic + summary.energies.springs + summary.energies.volume, 1.01 * kinetic);
+}
+
+TEST_F(SurfaceFile, fractions_are_written_explained_and_refused) {
+    test::write_text(directory.path() / "ball.stl", binary_stl(sphere(1, {0, 0, 0}, 3)));
+    const std::string path = directory.path() / "s.toml";
+    const std::string fraction = "\"ball.stl\"\nfill = \"fraction\"";
+    std::string text = scene_text("ball.stl", "0.2", "\"y-min\"");
+    text.replace(text.find("\"ball.stl\""), 10, fraction);
+    const Scene scene = parse_scene(text, path);
+    EXPECT_EQ(parse_scene(to_toml(scene), path), scene);
+    EXPECT_NEAR(scene.body.surface_volume, enclosed_volume(sphere(1, {0, 0, 0}, 3)), 1e-6);
+
+    const auto refused = [&](const std::string& body) {
+        try {
+            parse_scene(body + text.substr(text.find("\n[material]")), path);
+        } catch (const SceneError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(refused("[body]\ncells = [1, 1, 1]\ncell_size = 1\nfill = \"fraction\"").find("only a surface"),
+              std::string::npos);
+    EXPECT_NE(refused("[body]\nsurface = \"ball.stl\"\ncell_size = 0.2\nfill = \"half\"").find("\"centre\" or"),
+              std::string::npos);
+    TriangleSurface mixed = sphere(1, {0, 0, 0}, 3);
+    std::swap(mixed.triangles[5][0], mixed.triangles[5][1]);
+    test::write_text(directory.path() / "mixed.stl", binary_stl(mixed));
+    EXPECT_NE(refused("[body]\nsurface = \"mixed.stl\"\ncell_size = 0.2\nfill = \"fraction\"")
+                  .find("some of its triangles are turned outwards and some inwards"),
               std::string::npos);
 }
 

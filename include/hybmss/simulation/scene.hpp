@@ -71,6 +71,10 @@ struct SceneBody {
     std::array<double, 3> size = {0, 0, 0};   ///< of a full box, m; zero where `cells` tell
     /// One a cell of the grid, x fastest, then y, then z; 0 = no cell there. Empty: every cell, of one material.
     std::vector<std::uint8_t> labels = {};
+    bool fractions = false; ///< cells that the surface cuts have the part of their volume that is inside
+    /// Where `fractions`: of each cell, the part of a whole one's stiffness and mass that it has.
+    std::vector<float> fills = {};
+    double surface_volume = 0; ///< m^3 inside the surface; 0 without one
     std::string voxels = {},
                 surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
     TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on; none unless output.skin
