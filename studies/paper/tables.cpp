@@ -21,6 +21,7 @@ const std::vector<TableEntry>& tables() {
         {"beam-mesh", beam_mesh_table},
         {"order", order_table},
         {"waves", wave_table},
+        {"surfaces", surface_table},
     };
     return all;
 }

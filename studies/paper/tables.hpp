@@ -37,6 +37,8 @@ Table order_table(TableContext& context);
 
 /// Plane waves and bending waves on few cells: errors of speed and frequency.
 Table wave_table(TableContext& context);
+/// Curved bodies: how near cells cut by their surface come, and how fast.
+Table surface_table(TableContext& context);
 
 /// What the command line knows: a name and what makes the table.
 struct TableEntry {
