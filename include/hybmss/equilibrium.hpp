@@ -101,6 +101,35 @@ struct EquilibriumResult {
     std::string_view preconditioner;
 };
 
+/// A small vibration about a state.
+struct Mode {
+    double eigenvalue = 0; ///< omega^2, 1/s^2; below zero where the state is not stable along the shape
+    /// |K x - omega^2 M x| in the norm of M^-1 over omega^2 |x| in that of M, or over a thousandth of the greatest
+    /// omega^2 asked for where that is more.
+    double residual = 0;
+    std::vector<std::array<double, 3>> shape; ///< one a node; the sum of m |x|^2 is 1 kg m^2
+    /// omega / 2 pi in Hz; below zero where the shape grows instead, by exp(-omega t).
+    HYBMSS_EXPORT double frequency() const;
+};
+
+struct ModesOptions {
+    int count = 6;           ///< >= 1; fewer where the body has no more
+    double tolerance = 1e-6; ///< of the residuals; an eigenvalue is as good as its square
+    int iterations = 500;    ///< at most
+    PreconditionerKind preconditioner = PreconditionerKind::automatic;
+    /// Called at every iteration with its number and how many modes are found; false stops. May be empty.
+    std::function<bool(int iteration, int found)> progress = {};
+};
+
+struct ModesResult {
+    bool converged = false;
+    std::vector<Mode> modes; ///< from the lowest on, those of free motions of the whole body left out
+    int rigid_motions = 0;   ///< how many: 6 of a free body at rest
+    int iterations = 0;
+    long products = 0; ///< of second derivatives with a vector
+    std::string_view preconditioner;
+};
+
 /// Solves a body to equilibrium by Newton's method with conjugate gradients in a trust region. T is float or double:
 /// the type of the state; sums are double.
 ///
@@ -139,6 +168,12 @@ public:
     /// the way there. `time_step` in s, > 0; `mass_damping` c in 1/s, >= 0. Load steps are not used.
     EquilibriumResult step(const Loading& loading, double time_step, double mass_damping, VectorField<T> displacement,
                            VectorField<T> velocity, const EquilibriumOptions& options = {});
+
+    /// The lowest vibrations about the displacements (m), which should be an equilibrium, while the components named by
+    /// `supports` stay where they are; loads are dead and have no part in it. In double to any tolerance that makes
+    /// sense; in float residuals below a thousandth are not to be had. Throws as solve() does.
+    ModesResult modes(std::span<const PrescribedNode> supports, VectorField<const T> displacement,
+                      const ModesOptions& options = {});
 
     /// What a later solve takes over from those before it, all that a solver remembers: where multigrid last ended its
     /// estimate of a spectrum. Three values a node, or none. With it, another solver made in the same way goes on with

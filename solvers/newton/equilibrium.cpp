@@ -2,6 +2,7 @@
 
 #include "dynamics/effects/spring_damping.hpp"
 #include "plan/tuning/planned_body.hpp"
+#include "solvers/modes/lowest_modes.hpp"
 #include "solvers/multigrid/banded.hpp"
 #include "solvers/multigrid/float_multigrid.hpp"
 #include "solvers/newton/coarser_mesh.hpp"
@@ -11,6 +12,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -84,6 +86,10 @@ PreconditionerKind parse_preconditioner(std::string_view text) {
                                 "\" is not known: it must be automatic, block-jacobi or multigrid");
 }
 
+double Mode::frequency() const {
+    return std::copysign(std::sqrt(std::abs(eigenvalue)), eigenvalue) / (2 * std::numbers::pi);
+}
+
 template <class T>
 struct EquilibriumSolver<T>::Implementation {
     /// What only preconditions is float.
@@ -94,8 +100,7 @@ struct EquilibriumSolver<T>::Implementation {
         : planned(std::move(made)), wishes(given), body(planned.body.get()), state(body->make_state(false)),
           potential(*body, scales, solid, std::move(sections)), stepping(potential.space()) {}
 
-    void read(VectorField<T> displacement) {
-        body->check(displacement); // it is written in the end
+    void read(VectorField<const T> displacement) {
         body->write(displacement, 1 / body->length_unit(), state.displacement);
         const FieldView<T> u{state.displacement};
         const double largest = potential.space().largest([](const T& x) { return x < 0 ? -x : x; }, u);
@@ -267,6 +272,7 @@ EquilibriumResult EquilibriumSolver<T>::solve(const Loading& loading, VectorFiel
                                               const EquilibriumOptions& options) {
     Implementation& i = *implementation_;
     validate(options);
+    i.body->check(displacement); // it is written in the end
     i.read(displacement);
     i.set(loading);
     Loading part = loading;
@@ -303,6 +309,7 @@ EquilibriumResult EquilibriumSolver<T>::follow(const std::function<Loading(doubl
                                                VectorField<T> displacement, const EquilibriumOptions& options) {
     Implementation& i = *implementation_;
     validate(options);
+    i.body->check(displacement); // it is written in the end
     i.read(displacement);
     return i.follow(path, displacement, options);
 }
@@ -317,6 +324,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     validate(options);
     require(time_step > 0 && std::isfinite(time_step), "time_step", time_step, "finite and > 0");
     require(mass_damping >= 0 && std::isfinite(mass_damping), "mass_damping", mass_damping, "finite and at least 0");
+    i.body->check(displacement); // both are written in the end
     i.body->check(velocity, {displacement});
     i.read(displacement);
     i.set(loading);
@@ -387,6 +395,23 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
         }
     }
     return result;
+}
+
+template <class T>
+ModesResult EquilibriumSolver<T>::modes(std::span<const PrescribedNode> supports, VectorField<const T> displacement,
+                                        const ModesOptions& options) {
+    Implementation& i = *implementation_;
+    require(options.count >= 1, "count", options.count, "at least 1");
+    require(options.tolerance > 0 && options.tolerance < 1, "tolerance", options.tolerance, "inside (0, 1)");
+    require(options.iterations >= 1, "iterations", options.iterations, "at least 1");
+    i.read(displacement);
+    i.potential.prescribe(supports);
+    return lowest_modes<T>(
+        i.potential, i.state,
+        [&](bool moves) -> Preconditioner<T>& {
+            return moves ? i.choose(options.preconditioner) : i.choose_static(options.preconditioner);
+        },
+        options);
 }
 
 template <class T>

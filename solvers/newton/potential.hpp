@@ -66,6 +66,7 @@ public:
     /// How steps are to be carried out at these supports; null where they are straight. In time nothing is slender: a
     /// pull holds every node.
     Turning<T>* turning();
+    const Sections& sections() const { return turning_.sections(); }
     /// The axis along which nothing holds the body against the resultant of the loads, or -1.
     int falling_axis() const;
     std::size_t free_components() const { return free_count_; }

@@ -48,6 +48,7 @@ public:
     void hold(std::span<const std::uint8_t> held);
     /// Whether it pays: for slender bodies, and where the supports leave a rotation free.
     bool pays() const { return pays_; }
+    const Sections& sections() const { return sections_; }
     bool slender() const { return sections_.count() > 1; }
 
     /// Finds the sections' rotations in a step from a state. Returns the greatest, rad.
