@@ -9,6 +9,7 @@
 
 #include <iostream>
 #include <memory>
+#include <vector>
 
 namespace {
 
@@ -24,21 +25,27 @@ void run_textbook(const TextbookArguments& arguments) {
     const auto markdown =
         open_output("--markdown", arguments.markdown, {"Printedby`hybmss-studytextbook", {}, arguments.force});
     ProgressLine line(stderr);
-    const paper::Table table =
-        textbook::problem_table(arguments.quick, [&](const std::string& what) { line.show(what); });
+    std::vector<paper::Table> tables = {
+        textbook::problem_table(arguments.quick, [&](const std::string& what) { line.show(what); })};
     line.clear();
-    paper::print_text(table, std::cout);
-    if (json) {
-        json->stream() << nlohmann::ordered_json{{"version", kVersion},
-                                                 {"tables", nlohmann::ordered_json::array({paper::to_json(table)})}}
-                              .dump(1)
-                       << '\n';
-        json->commit();
-    }
+    tables.push_back(textbook::anisotropy_table());
+    nlohmann::ordered_json in_json = nlohmann::ordered_json::array();
     if (markdown) {
         markdown->stream() << "Printed by `hybmss-study textbook --markdown docs/report/textbook.md`.\n\n";
-        paper::print_markdown(table, markdown->stream());
+    }
+    for (const paper::Table& table : tables) {
+        paper::print_text(table, std::cout);
+        in_json.push_back(paper::to_json(table));
+        if (markdown) {
+            paper::print_markdown(table, markdown->stream());
+        }
+    }
+    if (markdown) {
         markdown->commit();
+    }
+    if (json) {
+        json->stream() << nlohmann::ordered_json{{"version", kVersion}, {"tables", in_json}}.dump(1) << '\n';
+        json->commit();
     }
 }
 
@@ -48,8 +55,8 @@ void add_textbook_command(CLI::App& app) {
     const auto arguments = std::make_shared<TextbookArguments>();
     CLI::App* command = app.add_subcommand("textbook", "problems with known answers: ours, errors and their order");
     command->add_flag("--quick", arguments->quick, "the two coarsest meshes of each");
-    command->add_option("--json", arguments->json, "also write the table to this file")->check(a_path());
-    command->add_option("--markdown", arguments->markdown, "also write it as Markdown to this file")->check(a_path());
+    command->add_option("--json", arguments->json, "also write the tables to this file")->check(a_path());
+    command->add_option("--markdown", arguments->markdown, "also write them as Markdown to this file")->check(a_path());
     add_force_option(*command, arguments->force);
     command->callback([arguments] { run_textbook(*arguments); });
 }

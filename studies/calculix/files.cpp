@@ -107,7 +107,7 @@ std::string_view name(Geometry geometry) {
     return geometry == Geometry::linear ? "linear" : "NLGEOM";
 }
 
-void write_deck(const Problem& problem, std::ostream& out) {
+void write_deck(const Problem& problem, std::ostream& out, int frequencies) {
     write_mesh(problem.mesh, out);
     out << "*ELSET,ELSET=SOLID,GENERATE\n1," << problem.mesh.element_count() << '\n';
     out << "*NSET,NSET=HELD\n";
@@ -115,6 +115,11 @@ void write_deck(const Problem& problem, std::ostream& out) {
         out << held.node + 1 << '\n';
     }
     write_materials(problem, out);
+    if (frequencies > 0) {
+        write_supports(problem.loading, out);
+        out << "*STEP\n*FREQUENCY\n" << frequencies << "\n*END STEP\n";
+        return;
+    }
     out << (problem.geometry == Geometry::nonlinear ? "*STEP,NLGEOM,INC=1000\n" : "*STEP\n") << "*STATIC\n";
     write_supports(problem.loading, out);
     write_loads(problem, out);
@@ -149,6 +154,25 @@ std::vector<std::array<double, 3>> read_node_table(const std::filesystem::path& 
         throw std::runtime_error("CalculiX: " + path.filename().string() + " holds no " + std::string(heading));
     }
     return table;
+}
+
+/// A line a mode: its number, omega^2, omega, omega / 2 pi, and what is imaginary of omega.
+std::vector<double> read_frequencies(const std::filesystem::path& path) {
+    std::ifstream in(path);
+    std::vector<double> all;
+    for (std::string line; std::getline(in, line) && line.find("P A R T I C") == std::string::npos;) {
+        std::istringstream numbers(line);
+        int mode = 0;
+        double eigenvalue = 0, omega = 0, frequency = 0, imaginary = 0;
+        if (numbers >> mode >> eigenvalue >> omega >> frequency >> imaginary) {
+            all.push_back(frequency);
+        }
+    }
+    if (all.empty()) {
+        throw std::runtime_error("CalculiX: " + path.filename().string() + " holds no frequencies");
+    }
+    std::erase_if(all, [greatest = all.back()](double frequency) { return frequency < 1e-3 * greatest; });
+    return all;
 }
 
 /// A line an increment: step, increment, attempt, iterations, times.

@@ -99,15 +99,16 @@ std::string version() {
     return found;
 }
 
-Solution solve(const Problem& problem) {
+namespace {
+
+/// Runs the program on a deck in the directory; its seconds.
+double run(const Problem& problem, int frequencies, const fs::path& path) {
     if (!is_installed()) {
         throw std::runtime_error(kNotInstalled);
     }
-    const ScratchDirectory directory;
-    const fs::path& path = directory.path();
     {
         std::ofstream deck(path / "body.inp");
-        write_deck(problem, deck);
+        write_deck(problem, deck, frequencies);
         if (!deck.flush()) {
             throw std::runtime_error("CalculiX: cannot write its input under " + path.parent_path().string());
         }
@@ -123,8 +124,22 @@ Solution solve(const Problem& problem) {
         throw std::runtime_error(complaint.empty() ? "CalculiX failed"
                                                    : std::string("CalculiX failed: ").append(complaint));
     }
+    return taken.count();
+}
+
+} // namespace
+
+std::vector<double> frequencies(const Problem& problem, int count) {
+    const ScratchDirectory directory;
+    run(problem, count, directory.path());
+    return read_frequencies(directory.path() / "body.dat");
+}
+
+Solution solve(const Problem& problem) {
+    const ScratchDirectory directory;
+    const fs::path& path = directory.path();
     Solution solution;
-    solution.seconds = taken.count();
+    solution.seconds = run(problem, 0, path);
     solution.iterations = read_iterations(path / "body.sta");
     solution.displacements = read_node_table(path / "body.dat", "displacements", problem.mesh.rest.size());
     if (!problem.loading.supports.empty()) {

@@ -29,10 +29,17 @@ std::string version();
 /// Throws std::runtime_error in one line where ccx is not installed or fails.
 Solution solve(const Problem& problem);
 
+/// The lowest frequencies, Hz, those of free motions of the whole body left out: `count` with them. Loads are not used.
+/// Throws as solve() does.
+std::vector<double> frequencies(const Problem& problem, int count);
+
 // ---- its files
-/// Nodes and elements are numbered from 1. One step, *STATIC with its default increments; displacements of all nodes
-/// and forces on the supported ones are printed at its end.
-void write_deck(const Problem& problem, std::ostream& out);
+/// Nodes and elements are numbered from 1. One step: *STATIC with its default increments, with displacements of all
+/// nodes and forces on the supported ones printed at its end; or *FREQUENCY for so many of them.
+void write_deck(const Problem& problem, std::ostream& out, int frequencies = 0);
+
+/// Hz, from a .dat file, those above a thousandth of the greatest. Throws std::runtime_error where there are none.
+std::vector<double> read_frequencies(const std::filesystem::path& path);
 
 /// The last table of vectors in a .dat file whose heading begins with `heading` ("displacements", "forces"), one entry
 /// for each of `nodes` nodes; zero where a node is not listed. Throws std::runtime_error where there is no such table,

@@ -133,6 +133,14 @@ double shear_coefficient(double poisson_ratio) {
     return 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio);
 }
 
+double timoshenko_eigenvalue(const Material& material, double width, double wave_number) {
+    const double q = wave_number, r2 = width * width / 12, e = material.young_modulus,
+                 g = shear_coefficient(material.poisson_ratio) * shear_modulus(material);
+    const double a = material.density * r2 / g, b = 1 + q * q * r2 * (1 + e / g),
+                 c = e * r2 / material.density * std::pow(q, 4);
+    return 2 * c / (b + std::sqrt(b * b - 4 * a * c));
+}
+
 BeamTheory beam_theory(const Experiment& beam) {
     const Scene s = scene(beam);
     const double width = static_cast<double>(s.body.cells[0]) * s.body.cell_size;

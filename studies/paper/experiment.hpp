@@ -68,6 +68,10 @@ std::vector<std::uint32_t> pictured_nodes(const Experiment& experiment);
 /// Timoshenko's coefficient of a rectangular section, by Cowper: 10 (1 + nu) / (12 + 11 nu).
 double shear_coefficient(double poisson_ratio);
 
+/// Timoshenko's omega^2 (1/s^2) of waves of the length 2 pi / q (m) in a bar of square section: the lower root of
+///   rho r^2 / (k G) omega^4 - (1 + q^2 r^2 (1 + E / (k G))) omega^2 + E r^2 / rho q^4 = 0,   r^2 = width^2 / 12.
+double timoshenko_eigenvalue(const Material& material, double width, double wave_number);
+
 /// The deflections of the free end, m.
 struct BeamTheory {
     double bending = 0; ///< rho g A L^4 / (8 E I), Euler and Bernoulli: (6.1) at x = L

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -19,12 +20,34 @@
 namespace hybmss::paper {
 namespace {
 
+constexpr double kMiddle = 2.5; // m, of the cube's plates
+
 double response(Kind kind, const ProbeReading& plate) {
     const std::size_t axis = response_axis(kind);
     const double value = kind == Kind::torsion ? plate.torque[axis]
                          : kind == Kind::beam  ? plate.mean_displacement[axis]
                                                : plate.force[axis];
     return std::abs(value);
+}
+
+double size(Kind kind, const Simulation& simulation, double response) {
+    if (kind == Kind::shear) {
+        const auto force = simulation.probes().at(0).force;
+        return std::hypot(force[0], force[1], force[2]);
+    }
+    if (kind != Kind::torsion) {
+        return response;
+    }
+    double sum = 0;
+    const auto rest = simulation.rest_positions();
+    const auto displacements = simulation.displacements(), reactions = simulation.reactions();
+    for (std::size_t n = 0; n < rest.size(); ++n) {
+        if (rest[n][1] > 0) { // of the upper plate; between the plates nothing is held
+            sum += std::hypot(rest[n][0] + displacements[n][0] - kMiddle, rest[n][2] + displacements[n][2] - kMiddle) *
+                   std::hypot(reactions[n][0], reactions[n][2]);
+        }
+    }
+    return sum;
 }
 
 std::vector<std::array<double, 3>> picked(const std::vector<std::array<double, 3>>& all,
@@ -49,8 +72,52 @@ Figures solve_lattice(const Experiment& experiment, const Material& material) {
     figures.failure = summary.failure;
     figures.volume_change = summary.volume.relative_volume_change;
     figures.response = response(experiment.kind, summary.probes.at(0));
+    figures.size = size(experiment.kind, simulation, figures.response);
     figures.pictured = picked(simulation.displacements(), pictured_nodes(experiment));
     return figures;
+}
+
+Material e_form(Material material) {
+    const double G = 2 * material.young_modulus / 5, r = volume_modulus(material) / G;
+    material.poisson_ratio = (1 + r) / (4 + 2 * r);
+    material.young_modulus = 2 * G * (1 + material.poisson_ratio);
+    return material;
+}
+
+std::vector<Motion> move_lattice(const Experiment& experiment, const Material& material) {
+    constexpr double kStep = 1e-3;
+    constexpr int kSteps = 10000, kBefore = 8000, kSample = 20;
+    std::vector<Motion> motions;
+    for (const double led_over : {1.0, 10.0}) {
+        for (const double damping : {0.0, 0.5, 2.0, 10.0}) {
+            Scene moving = scene(experiment);
+            moving.material = material;
+            moving.solver.method = SolverMethod::symplectic_euler;
+            moving.solver.time_step = kStep;
+            moving.solver.duration = kStep * kSteps;
+            moving.damping.mass = damping;
+            moving.moves.at(0).over = led_over;
+            Motion& motion = motions.emplace_back(Motion{led_over, damping, "", HUGE_VAL, -HUGE_VAL});
+            try {
+                Simulation simulation(std::move(moving));
+                simulation.step(kBefore);
+                for (int step = kBefore; step < kSteps; step += kSample) {
+                    simulation.step(kSample);
+                    if (simulation.time() < led_over - kStep / 2) {
+                        continue; // the plates are not where they are to be yet
+                    }
+                    Figures now;
+                    now.volume_change = simulation.volume_change().relative_volume_change;
+                    now.response = response(experiment.kind, simulation.probes().at(0));
+                    motion.least = std::min(motion.least, printed_quantity(experiment, now));
+                    motion.greatest = std::max(motion.greatest, printed_quantity(experiment, now));
+                }
+            } catch (const std::runtime_error& error) {
+                motion.failure = error.what();
+            }
+        }
+    }
+    return motions;
 }
 
 Figures solve_lattice(const Experiment& experiment, Model model) {

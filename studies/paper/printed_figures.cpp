@@ -1,5 +1,6 @@
 #include "studies/paper/figures.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hybmss::paper {
@@ -76,100 +77,60 @@ bool is_volume(const Experiment& experiment) {
     return experiment.kind == Kind::compression || experiment.kind == Kind::tension;
 }
 
-bool agree(const Experiment& experiment, double printed, double ours) {
-    const double slack = is_volume(experiment) ? kLastDigit : 0;
-    return std::abs(printed - ours) <= std::max(slack, kRelative * std::abs(printed));
-}
-
-const char* explanation(Reason reason) {
-    switch (reason) {
-    case Reason::unbounded:
-        return "No equilibrium: at nu = 0 the volume modulus kappa is negative, and a lattice without face diagonals "
-               "that has wrinkled, or on means is twisted far, gives energy away without end. The print's figure is a "
-               "state of a motion.";
-    case Reason::wrinkles:
-        return "Without face diagonals the lattice wrinkles: it has several equilibria, and the way there decides "
-               "which "
-               "is found.";
-    case Reason::other_energy:
-        return "Below nu = 1/4 the print's energy kappa V0 (J - 1)^2 / 2 has no lower bound; ours is the mean-stretch "
-               "energy, with the same moduli at small strain. The rows \"(J - 1)^2\" are the equilibria of the print's "
-               "own energy; where they differ from its HybMSS rows too, those are no equilibria.";
-    case Reason::incompressible:
-        return "Near nu = 1/2 all of e is the small rest that kappa leaves. As printed, (5.16) lacks the factor 1/4, "
-               "so that the volume force would be four times the gradient of its energy: the rows \"4 kappa\" are the "
-               "equilibria under that force, with about a quarter of e.";
-    case Reason::motion:
-        return "The print's figure is what the plate feels after 10 s of motion in 10,000 steps, whose damping it does "
-               "not give; ours is the force at rest.";
-    case Reason::law:
-        return "Finite elements: LS-DYNA's elastic law (print; elements not named) and that of St Venant and Kirchhoff "
-               "(CalculiX) are different materials at large strain; neo-Hooke is a third, and for nu > 0 nearest to "
-               "the print. "
-               "The latter keeps the volume J as HybMSS "
-               "does, while St Venant and Kirchhoff keep the trace of Green's strain.";
-    }
-    return "";
-}
-
-std::string letter(Reason reason) {
-    return {static_cast<char>('a' + static_cast<int>(reason))};
-}
-
 } // namespace
 
 double printed_quantity(const Experiment& experiment, const Figures& figures) {
     return is_volume(experiment) ? 100 * figures.volume_change : figures.response;
 }
 
-std::string Difference::text() const {
-    if (reasons.empty()) {
-        return compared ? "agrees" : "not printed";
-    }
-    std::string text;
-    for (const Reason reason : reasons) {
-        text += text.empty() ? "" : ", ";
-        text += letter(reason);
-    }
-    return text;
+bool agree(const Experiment& experiment, double printed, double ours) {
+    const double slack = is_volume(experiment) ? kLastDigit : 0;
+    return std::abs(printed - ours) <= std::max(slack, kRelative * std::abs(printed));
 }
 
-Difference difference(const Experiment& experiment, Model model, std::optional<double> printed, const Figures& ours) {
-    Difference found;
-    if (!ours.good()) {
-        found.reasons.push_back(Reason::unbounded);
-        return found;
+std::optional<Reason> explain(const Experiment& experiment, double printed, const Figures& rest,
+                              const std::function<Figures()>& with_e_form,
+                              const std::function<std::vector<Motion>()>& motions) {
+    const auto is = [&](const Figures& figures, double quantity) {
+        return figures.good() && agree(experiment, printed, quantity);
+    };
+    if (is(rest, printed_quantity(experiment, rest))) {
+        return std::nullopt;
     }
-    found.compared = printed.has_value();
-    if (!printed || agree(experiment, *printed, printed_quantity(experiment, ours))) {
-        return found;
+    if (!is_volume(experiment) && is(rest, rest.size)) {
+        return Reason::size;
     }
-    if (model == Model::hybmss_fd) {
-        found.reasons.push_back(Reason::wrinkles);
+    const Figures with_other_springs = with_e_form();
+    if (is(with_other_springs, printed_quantity(experiment, with_other_springs))) {
+        return Reason::e_form;
     }
-    if (experiment.poisson_ratio < 0.25) {
-        found.reasons.push_back(Reason::other_energy);
-    } else if (experiment.poisson_ratio > 0.25) {
-        found.reasons.push_back(Reason::incompressible);
-    } else if (model == Model::hybmss) {
-        found.reasons.push_back(Reason::motion);
-    }
-    return found;
+    const std::vector<Motion> all = motions();
+    const bool swings = std::ranges::any_of(all, [&](const Motion& motion) {
+        return motion.failure.empty() && (printed >= motion.least || agree(experiment, printed, motion.least)) &&
+               (printed <= motion.greatest || agree(experiment, printed, motion.greatest));
+    });
+    return swings ? Reason::motion : Reason::unexplained;
 }
 
-void compare_finite_elements(const Experiment& experiment, std::optional<double> printed, const Figures& calculix,
-                             Difference& difference) {
-    if (printed && calculix.good() && !agree(experiment, *printed, printed_quantity(experiment, calculix))) {
-        difference.reasons.push_back(Reason::law);
-    }
+std::string letter(Reason reason) {
+    return {static_cast<char>('a' + static_cast<int>(reason))};
 }
 
-std::vector<std::string> explanations(const std::set<Reason>& reasons) {
-    std::vector<std::string> lines;
-    for (const Reason reason : reasons) {
-        lines.push_back(letter(reason) + ": " + explanation(reason));
-    }
-    return lines;
+std::string explanation(Reason reason) {
+    constexpr const char* kTexts[] = {
+        "It is the equilibrium of the paper's own energy with springs by the right-hand forms of (5.12), which have G "
+        "= 2E/5 for every nu (row \"E-form\"): other moduli than those asked for, unless nu = 1/4.",
+        "It is the size of what the plate exerts: of the whole force, its part along the normal too, or of arms times "
+        "forces across the axis, node by node. Ours is the part along the motion.",
+        "It lies within what the paper's motion swings through in its last two seconds, for one of the dampings and "
+        "times of leading tried (table \"motions\"). A wide swing holds many figures: this shows that the print may be "
+        "a state of a motion, not that it is.",
+        "Unexplained: no equilibrium of either form of the springs, and no motion tried, gives it.",
+        "Finite elements: LS-DYNA's elastic law (print; elements not named) and that of St Venant and Kirchhoff "
+        "(CalculiX) are different materials at large strain; neo-Hooke is a third, and for nu > 0 nearest to the "
+        "print. The latter keeps the volume J as HybMSS does, while St Venant and Kirchhoff keep the trace of Green's "
+        "strain."};
+    return letter(reason) + ": " + kTexts[static_cast<std::size_t>(reason)];
 }
 
 } // namespace hybmss::paper

@@ -22,6 +22,8 @@ struct TableContext {
 
 /// Tables 2 to 5: compression, tension, shear or torsion for every model at nu = 0, 0.25, 0.499.
 Table plate_table(Kind kind, TableContext& context);
+/// Their experiments as motions of 10,000 steps.
+Table motion_table(TableContext& context);
 /// Fig. 5: the beam's free end.
 Table beam_table(TableContext& context);
 /// Fig. 8 and Fig. 10: how far the middle layer lies from that of finite elements.

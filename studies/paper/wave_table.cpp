@@ -64,16 +64,6 @@ double bending_eigenvalue(const Material& material, int across) {
     return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];
 }
 
-/// Timoshenko's: the lower root omega^2 of
-///   rho r^2 / (k G) omega^4 - (1 + q^2 r^2 (1 + E / (k G))) omega^2 + E r^2 / rho q^4 = 0,   r^2 = width^2 / 12.
-double timoshenko_eigenvalue(const Material& material, double width) {
-    const double q = 2 * std::numbers::pi / (kWidthsPerWavelength * width), r2 = width * width / 12,
-                 e = material.young_modulus, g = shear_coefficient(material.poisson_ratio) * shear_modulus(material);
-    const double a = material.density * r2 / g, b = 1 + q * q * r2 * (1 + e / g),
-                 c = e * r2 / material.density * std::pow(q, 4);
-    return 2 * c / (b + std::sqrt(b * b - 4 * a * c));
-}
-
 } // namespace
 
 Table wave_table(TableContext& context) {
@@ -107,7 +97,10 @@ Table wave_table(TableContext& context) {
             add(fmt::format("bending, {} cell{} across", across, across == 1 ? "" : "s"), across * kWidthsPerWavelength,
                 [&](const Material& m) {
                     const double of_the_lattice = std::max(0.0, bending_eigenvalue(m, across)); // but for rounding
-                    return std::sqrt(of_the_lattice / timoshenko_eigenvalue(m, across)) - 1;
+                    return std::sqrt(of_the_lattice /
+                                     timoshenko_eigenvalue(m, across,
+                                                           2 * std::numbers::pi / (kWidthsPerWavelength * across))) -
+                           1;
                 });
         }
     }

@@ -1,9 +1,10 @@
 #pragma once
 
 /// \file
-/// Problems whose answer a textbook gives, and what the lattice makes of them.
+/// Problems whose answer a textbook gives, what the lattice makes of them, and where it is not isotropic.
 
 #include "hybmss/material.hpp"
+#include "reference/body.hpp"
 #include "studies/paper/table.hpp"
 
 #include <functional>
@@ -37,12 +38,22 @@ struct Problem {
 
 std::vector<Problem> static_problems();
 std::vector<Problem> motion_problems();
+std::vector<Problem> vibration_problems();
+/// All of these.
 std::vector<Problem> all_problems();
+/// Frequencies beside those of finite elements, for which CalculiX must be installed.
+std::vector<Problem> calculix_problems();
 
 /// E = 1 Pa and 1 kg/m^3: lengths of 1 m make speeds and times near one.
 Material unit_material(const Problem& problem, SpringForm springs);
 
 /// All problems with springs between nodes (A = 1) and on means (A = 0); without the finer meshes where `quick`.
 paper::Table problem_table(bool quick, const std::function<void(const std::string&)>& progress);
+
+/// Nominal stress, Pa, of the infinite lattice stretched along a direction and free across. Throws std::runtime_error
+/// where it finds no such state.
+double uniaxial_stress(const Material& material, const reference::Vector3d& direction, double stretch);
+/// That along edges and diagonals, pressed and stretched.
+paper::Table anisotropy_table();
 
 } // namespace hybmss::textbook

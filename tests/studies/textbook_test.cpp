@@ -38,5 +38,20 @@ INSTANTIATE_TEST_SUITE_P(Problems, Textbook, testing::ValuesIn(all_problems()), 
     return name;
 });
 
+/// Alike along all directions at small strain, and at 20 % no more; along an edge what a bar of cells gives.
+TEST(Anisotropy, comes_with_strain) {
+    for (const double ratio : {1.0, 0.0}) {
+        const Material material{.young_modulus = 1, .poisson_ratio = 0.3, .density = 1, .face_diagonal_ratio = ratio};
+        for (const reference::Vector3d& along :
+             {reference::Vector3d(1, 0, 0), reference::Vector3d(1, 1, 0), reference::Vector3d(3, -1, 2)}) {
+            EXPECT_NEAR(uniaxial_stress(material, along, 1 + 1e-6), 1e-6, 1e-11);
+        }
+        const double edge = uniaxial_stress(material, {1, 0, 0}, 1.2),
+                     diagonal = uniaxial_stress(material, {1, 1, 1}, 1.2);
+        EXPECT_GT(std::abs(diagonal / edge - 1), 0.01);
+        EXPECT_NEAR(edge, ratio == 1 ? 0.214401 : 0.207992, 1e-6);
+    }
+}
+
 } // namespace
 } // namespace hybmss::textbook
