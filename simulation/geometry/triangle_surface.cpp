@@ -247,9 +247,6 @@ constexpr double kSliver = 0.05;
 /// Up to so much a cell counts as whole or empty: STL holds floats.
 constexpr double kRounding = 1e-5;
 
-/// A convex polygon in space, its corners in order.
-using Polygon = std::vector<Vector3>;
-
 /// What of it is on one side of a plane across an axis: x_axis >= bound for `side` = 1, <= bound for -1.
 Polygon clipped(const Polygon& polygon, std::size_t axis, double bound, double side) {
     Polygon kept;
@@ -272,7 +269,7 @@ Polygon clipped(const Polygon& polygon, std::size_t axis, double bound, double s
     return kept;
 }
 
-/// visit(cell number, the part of the polygon in it) for the cells along an axis from 0 to `cells`.
+/// visit(cell number, the part of the polygon in it) for the cells along an axis from 0 to `cells`, and one behind.
 template <class Visit>
 void for_each_slice(const Polygon& polygon, std::size_t axis, std::int64_t cells, const Visit& visit) {
     if (polygon.size() < 3) {
@@ -281,7 +278,7 @@ void for_each_slice(const Polygon& polygon, std::size_t axis, std::int64_t cells
     const auto [low, high] = std::minmax_element(
         polygon.begin(), polygon.end(), [axis](const Vector3& a, const Vector3& b) { return a[axis] < b[axis]; });
     const int first = clamped(std::floor((*low)[axis]), cells), last = clamped(std::ceil((*high)[axis]), cells);
-    for (int n = first; n < std::max(last, first + 1) && n < cells; ++n) {
+    for (int n = first; n < std::max(last, first + 1); ++n) {
         visit(n, clipped(clipped(polygon, axis, n, 1), axis, n + 1, -1));
     }
 }
@@ -405,6 +402,15 @@ void keep_moments(SceneBody& body, std::span<const CutCell> cut) {
 
 } // namespace
 
+void for_each_piece(const Polygon& triangle, const std::array<std::int64_t, 3>& cells,
+                    const std::function<void(const std::array<int, 3>& cell, const Polygon& piece)>& visit) {
+    for_each_slice(triangle, 0, cells[0], [&](int i, const Polygon& slice) {
+        for_each_slice(slice, 1, cells[1], [&](int j, const Polygon& strip) {
+            for_each_slice(strip, 2, cells[2], [&](int k, const Polygon& piece) { visit({i, j, k}, piece); });
+        });
+    });
+}
+
 SceneBody filled(const TriangleSurface& surface, Orientation orientation, double cell_size) {
     if (orientation == Orientation::mixed) {
         throw std::runtime_error(
@@ -416,15 +422,12 @@ SceneBody filled(const TriangleSurface& surface, Orientation orientation, double
     std::vector<Prism> prisms;
     for_each_triangle(surface, body, 0, [&](const std::array<Point, 3>& t) {
         const Polygon triangle = {{t[0].x, t[0].y, t[0].z}, {t[1].x, t[1].y, t[1].z}, {t[2].x, t[2].y, t[2].z}};
-        for_each_slice(triangle, 0, cells[0], [&](int i, const Polygon& slice) {
-            for_each_slice(slice, 1, cells[1], [&](int j, const Polygon& piece) {
-                const auto column =
-                    static_cast<std::size_t>(i) + static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(j);
-                // One layer more: what the surface has above the grid.
-                for_each_slice(piece, 2, cells[2] + 1, [&](int k, const Polygon& in_cell) {
-                    prisms.push_back(prism(in_cell, column, i, j, k));
-                });
-            });
+        for_each_piece(triangle, cells, [&](const std::array<int, 3>& at, const Polygon& piece) {
+            if (at[0] < cells[0] && at[1] < cells[1]) {
+                const auto column = static_cast<std::size_t>(at[0]) +
+                                    static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(at[1]);
+                prisms.push_back(prism(piece, column, at[0], at[1], at[2]));
+            }
         });
     });
     body.fills.assign(body.labels.size(), 0.0f);

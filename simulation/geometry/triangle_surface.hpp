@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 namespace hybmss {
@@ -42,6 +43,14 @@ SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, dou
 /// than 1. What fills less than a twentieth of a cell goes to its neighbours as a whole. Throws where `orientation` is
 /// mixed, too: which side is inside must be told. Where shells overlap, the cells within are whole.
 SceneBody filled(const TriangleSurface& surface, Orientation orientation, double cell_size);
+
+/// A convex polygon in space, its corners in order.
+using Polygon = std::vector<Vector3>;
+
+/// visit(cell, the part of a triangle in it) for a triangle in units of cells, cut along the cells' faces. What is on
+/// the last face along an axis is in the cell behind it; what is outside of cells from 0 to these is left out.
+void for_each_piece(const Polygon& triangle, const std::array<std::int64_t, 3>& cells,
+                    const std::function<void(const std::array<int, 3>& cell, const Polygon& piece)>& visit);
 
 /// m^3; negative where the triangles turn their outer sides inwards.
 double enclosed_volume(const TriangleSurface& surface);

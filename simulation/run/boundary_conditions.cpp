@@ -1,7 +1,9 @@
 #include "simulation/run/boundary_conditions.hpp"
 
+#include "hybmss/skin.hpp"
 #include "layouts/messages.hpp"
 #include "simulation/geometry/cells.hpp"
+#include "simulation/geometry/triangle_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -213,6 +215,127 @@ std::span<const PrescribedNode> Supports::at_part(double fraction) {
     });
 }
 
+namespace {
+
+/// The filled cell nearest to a point, given in units of cells, of those that are at most so many cells off `at` along
+/// each axis as the first one found.
+std::size_t nearest_cell(const Lattice& lattice, const std::array<int, 3>& at, const Vector3& point) {
+    std::size_t nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int reach = 1; !std::isfinite(least); ++reach) {
+        std::array<int, 3> low{}, high{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            low[a] = std::max(at[a] - reach, 0);
+            high[a] = std::min(at[a] + reach, lattice.cells()[a] - 1);
+        }
+        for (int k = low[2]; k <= high[2]; ++k) {
+            for (int j = low[1]; j <= high[1]; ++j) {
+                for (int i = low[0]; i <= high[0]; ++i) {
+                    const double away = std::hypot(point[0] - std::clamp<double>(point[0], i, i + 1),
+                                                   point[1] - std::clamp<double>(point[1], j, j + 1),
+                                                   point[2] - std::clamp<double>(point[2], k, k + 1));
+                    if (away < least && lattice.cell_scale(i, j, k) > 0) {
+                        least = away;
+                        nearest = lattice.cell_index(i, j, k);
+                    }
+                }
+            }
+        }
+    }
+    return nearest;
+}
+
+/// A piece of the surface in one cell gives its area to the cell's corners, linearly along each axis: the virtual work
+/// of a traction on it, exact where it is flat along an axis, to the third order elsewhere.
+LoadedNodes loaded_by_area(const Scene& scene, const Lattice& lattice, std::size_t nodes, std::size_t load) {
+    const std::string path = "load[" + std::to_string(load) + "].where";
+    const SceneBody& body = scene.body;
+    const double h = lattice.cell_size();
+    const TriangleMesh mesh = body.mesh.triangles.empty() ? boundary_mesh(lattice) : body.mesh;
+    struct Piece {
+        std::array<int, 3> cell;
+        Polygon polygon;
+    };
+    std::vector<Piece> pieces;
+    std::vector<Vector3> middles; // in the scene's coordinates
+    for (const auto& t : mesh.triangles) {
+        Polygon triangle;
+        for (const std::uint32_t v : t) {
+            triangle.push_back(mesh.vertices[v]);
+            for (std::size_t a = 0; a < 3; ++a) { // a surface may stand out of the grid by rounding
+                triangle.back()[a] = std::clamp<double>(triangle.back()[a] / h, 0, lattice.cells()[a]);
+            }
+        }
+        for_each_piece(triangle, body.cells, [&](const std::array<int, 3>& cell, const Polygon& piece) {
+            if (piece.size() >= 3) {
+                pieces.push_back({cell, piece});
+                middles.push_back(body.origin);
+                for (const Vector3& x : piece) {
+                    for (std::size_t a = 0; a < 3; ++a) {
+                        middles.back()[a] += h * x[a] / static_cast<double>(piece.size());
+                    }
+                }
+            }
+        });
+    }
+    std::vector<std::uint32_t> number(lattice.cell_scales().size()); // of the body's cells
+    for (std::size_t cell = 0, next = 0; cell < number.size(); ++cell) {
+        number[cell] = static_cast<std::uint32_t>(next);
+        next += lattice.cell_scales()[cell] > 0;
+    }
+    const auto corners = cell_corners(lattice);
+    std::vector<double> areas(nodes, 0.0);
+    std::vector<bool> loaded(nodes, false);
+    const std::vector<std::uint32_t> chosen = std::holds_alternative<NodeRegion>(scene.loads[load].where)
+                                                  ? std::vector<std::uint32_t>()
+                                                  : select_nodes(middles, h, scene.loads[load].where);
+    for (const std::uint32_t p : chosen) {
+        const Polygon& polygon = pieces[p].polygon;
+        for (std::size_t n = 1; n + 1 < polygon.size(); ++n) {
+            const Vector3* const x[3] = {&polygon[0], &polygon[n], &polygon[n + 1]};
+            const auto edge = [&](std::size_t to, std::size_t a) { return (*x[to])[a % 3] - polygon[0][a % 3]; };
+            Vector3 cross{};
+            for (std::size_t a = 0; a < 3; ++a) {
+                cross[a] = edge(1, a + 1) * edge(2, a + 2) - edge(1, a + 2) * edge(2, a + 1);
+            }
+            const double third = h * h * std::hypot(cross[0], cross[1], cross[2]) / 6;
+            for (std::size_t c = 0; c < 3; ++c) { // edges' middles: exact for squares
+                Vector3 point{};
+                for (std::size_t a = 0; a < 3; ++a) {
+                    point[a] = 0.5 * ((*x[c])[a] + (*x[(c + 1) % 3])[a]);
+                }
+                const std::size_t cell = nearest_cell(lattice, pieces[p].cell, point);
+                const auto nx = static_cast<std::size_t>(lattice.cells()[0]),
+                           ny = static_cast<std::size_t>(lattice.cells()[1]);
+                const std::array<std::size_t, 3> low = {cell % nx, cell / nx % ny, cell / nx / ny};
+                for (std::size_t corner = 0; corner < 8; ++corner) {
+                    double share = third;
+                    for (std::size_t a = 0; a < 3; ++a) {
+                        const double s = point[a] - static_cast<double>(low[a]);
+                        share *= (corner >> a & 1) != 0 ? s : 1 - s;
+                    }
+                    const std::uint32_t node = corners[number[cell]][corner];
+                    areas[node] += share;
+                    loaded[node] = loaded[node] || share != 0;
+                }
+            }
+        }
+    }
+    LoadedNodes found{.nodes = {}, .shares = {}, .sum = 1};
+    for (std::uint32_t n = 0; n < nodes; ++n) {
+        if (loaded[n]) {
+            found.nodes.push_back(n);
+            found.shares.push_back(areas[n]);
+        }
+    }
+    if (found.nodes.empty()) {
+        throw scene_error(scene, path, "no part of the body's surface lies in it, whose area a traction needs");
+    }
+    return found;
+}
+
+} // namespace
+
 std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest) {
     if (scene.loads.empty()) {
         return {};
@@ -230,9 +353,13 @@ std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice
     }
     std::vector<LoadedNodes> all(scene.loads.size());
     for (std::size_t l = 0; l < all.size(); ++l) {
+        if (scene.loads[l].traction) {
+            all[l] = loaded_by_area(scene, lattice, rest.size(), l);
+            continue;
+        }
         all[l].nodes = nodes_of(scene, rest, scene.loads[l].where, "load[" + std::to_string(l) + "].where");
         for (const std::uint32_t n : all[l].nodes) {
-            all[l].cells.push_back(cells_at[n]);
+            all[l].shares.push_back(cells_at[n]);
             all[l].sum += cells_at[n];
         }
     }
@@ -249,7 +376,7 @@ void set_nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, do
         const Vector3 force = value_at(scene.loads[l].force, scene.loads[l].force_in_time, time);
         for (std::size_t i = 0; i < loaded[l].nodes.size(); ++i) {
             for (std::size_t a = 0; a < 3; ++a) {
-                forces[loaded[l].nodes[i]][a] += force[a] * loaded[l].cells[i] / loaded[l].sum;
+                forces[loaded[l].nodes[i]][a] += force[a] * loaded[l].shares[i] / loaded[l].sum;
             }
         }
     }

@@ -98,11 +98,12 @@ private:
 std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3> rest, const Region& region,
                                     const std::string& path);
 
-/// The nodes of a [[load]], and how many cells, by their fills, touch each: its share of the force.
+/// The nodes of a [[load]], and the share of each: by how many cells, by their fills, touch it; or of a traction the
+/// area that it carries, m^2.
 struct LoadedNodes {
     std::vector<std::uint32_t> nodes;
-    std::vector<double> cells;
-    double sum = 0; ///< of cells
+    std::vector<double> shares;
+    double sum = 0; ///< of the shares; 1 for a traction
 };
 
 /// Of every [[load]]. Throws SceneError where a region is empty.

@@ -152,7 +152,8 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     body.surface = scene.body.surface;
     body.fractions = fractions;
     body.surface_volume = std::abs(enclosed_volume(surface));
-    if (scene.output.skin) { // else nothing draws it
+    if (scene.output.skin || std::any_of(scene.loads.begin(), scene.loads.end(),
+                                         [](const Load& load) { return load.traction; })) { // else it is of no use
         for (Vector3& vertex : surface.vertices) {
             for (std::size_t a = 0; a < 3; ++a) {
                 vertex[a] -= body.origin[a];

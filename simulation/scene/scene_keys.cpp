@@ -223,15 +223,43 @@ constexpr Key<Damping> kDampingKeys[] = {
 };
 constexpr KeyTable<Damping> kDamping = {"damping", "What takes energy out.", kDampingKeys};
 
+/// Force and traction are one member, told apart by a flag.
+template <bool traction>
+struct LoadInTime : InTime<&Load::force, &Load::force_in_time> {
+    static std::optional<VectorInTime> get(const Load& load) {
+        return load.traction == traction ? InTime::get(load) : std::nullopt;
+    }
+    static void set(Load& load, VectorInTime value) {
+        load.traction = traction;
+        InTime::set(load, std::move(value));
+    }
+};
+
+constexpr Range kForces =
+    from(-1e18, 1e18, "three numbers, or rows [time, x, y, z] with ascending times, each at most 1e18 in size");
+
 constexpr Key<Load> kLoadKeys[] = {
     {"where", "", kRegion, "required", "the nodes loaded", member<&Load::where>},
-    {"force", "N",
-     from(-1e18, 1e18, "three numbers, or rows [time, x, y, z] with ascending times, each at most 1e18 in size"),
-     "required", "the force in all; it does not turn with the body; rows: see \"Time tables\"",
-     field<VectorInTimeFormat, InTime<&Load::force, &Load::force_in_time>>},
+    {"force", "N", kForces, "none", "the force in all; it does not turn with the body; rows: see \"Time tables\"",
+     field<VectorInTimeFormat, LoadInTime<false>>},
+    {"traction", "Pa", kForces, "none", "likewise a force by area at rest, on the part of the surface in the region",
+     field<VectorInTimeFormat, LoadInTime<true>>},
 };
+
+void complete_load(const GivenTable& given, Load&) {
+    if (given.count("force", "traction") == 0) {
+        given.missing("force", "or traction must be given");
+    }
+    if (given.count("force", "traction") == 2) {
+        given.refuse("traction", "only one of force and traction may be given");
+    }
+}
+
 constexpr KeyTable<Load> kLoad = {
-    "load", "A dead force on a region's nodes, in proportion to the cells that they touch.", kLoadKeys};
+    "load",
+    "A dead force on a region's nodes, in proportion to the cells that they touch (`force`), or on the body's surface "
+    "there by its area (`traction`): that of the triangles of a `surface`, else the outer faces of cells.",
+    kLoadKeys, complete_load};
 
 // -- [[cut]]
 

@@ -76,6 +76,7 @@ TEST(Scene, every_key_is_written_and_read_back) {
                                      "rotate = {axis = \"x\", degrees = 1}\ntranslate = [1, 2, 3]\nstiffness = 7\n"
                                      "[[obstacle]]\nbox = [[1e-6, -0.1, 0.3], [1.1, 0.2, 1e9]]\n"
                                      "[[load]]\nwhere = \"x-max\"\nforce = [1e18, -0.0, 1]\n"
+                                     "[[load]]\nwhere = \"x-max\"\ntraction = [1, -0.0, 1e18]\n"
                                      "[[load]]\nwhere = {of = {of = \"x-max\", without = [{node = 3}]}, without = "
                                      "[\"y-min\", {sphere = {center = [1, 2, 3], radius = 0.1}}]}\n"
                                      "force = [[-1, 0, 0, 0], [1.5, 1, 2, 3e17]]\n"

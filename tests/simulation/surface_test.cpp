@@ -2,6 +2,8 @@
 
 #include "hybmss/simulation/simulation.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
+#include "simulation/run/boundary_conditions.hpp"
+#include "simulation/scene/scene_body.hpp"
 #include "tests/program.hpp"
 
 #include <algorithm>
@@ -168,11 +170,15 @@ TriangleSurface askew(TriangleSurface surface, const Vertex& by) {
     return surface;
 }
 
-/// Volume and centre of mass of what cells hold by their fills: those of the surface's inside, wherever it runs.
-void expect_moments(const char* what, const TriangleSurface& surface, const Vertex& center, double cell_size) {
+/// Volume, centre of mass and mean square of the distance from it of what cells hold by their fills: those of the
+/// surface's inside, wherever it runs. The last tells whether cut cells kept their own centres of mass: by their
+/// volumes alone it would be larger by half a cell's square.
+void expect_moments(const char* what, const TriangleSurface& surface, const Vertex& center, double square,
+                    double cell_size) {
     const SceneBody body = filled_body(surface, cell_size);
     double sum = 0;
     Vertex moment{};
+    double squares = 0;
     std::size_t cut = 0;
     for (std::size_t cell = 0; cell < body.fills.size(); ++cell) {
         const double fill = static_cast<double>(body.fills[cell]);
@@ -183,9 +189,12 @@ void expect_moments(const char* what, const TriangleSurface& surface, const Vert
         const auto nx = static_cast<std::size_t>(body.cells[0]), ny = static_cast<std::size_t>(body.cells[1]);
         const std::size_t place[3] = {cell % nx, cell / nx % ny, cell / nx / ny};
         for (std::size_t a = 0; a < 3; ++a) {
-            moment[a] += fill * (body.origin[a] + (static_cast<double>(place[a]) + 0.5) * cell_size);
+            const double x = body.origin[a] + (static_cast<double>(place[a]) + 0.5) * cell_size;
+            moment[a] += fill * x;
+            squares += fill * ((x - center[a]) * (x - center[a]) + cell_size * cell_size / 12);
         }
     }
+    EXPECT_NEAR(squares / sum, square, 0.2 * cell_size * cell_size) << what;
     const double volume = enclosed_volume(surface);
     EXPECT_NEAR(sum * std::pow(cell_size, 3), volume, 1e-6 * volume) << what;
     EXPECT_GT(cut, 20u) << what;
@@ -198,9 +207,10 @@ TEST(Filled, volume_and_centre_of_mass_are_those_of_the_inside) {
     const TriangleSurface block = box({-1, -0.6, -0.8}, {1, 0.6, 0.8});
     EXPECT_NEAR(enclosed_volume(block), 2 * 1.2 * 1.6, 1e-12);
     for (const double cell_size : {0.31, 0.1}) {
-        expect_moments("ball", sphere(1, {3, 0.2, -0.07}), {3, 0.2, -0.07}, cell_size);
-        expect_moments("box between cells", box({0, 0, 0}, {2.05, 1.44, 1.66}), {1.025, 0.72, 0.83}, cell_size);
-        expect_moments("box askew", askew(block, {0.03, 5, -2}), {0.03, 5, -2}, cell_size);
+        expect_moments("ball", sphere(1, {3, 0.2, -0.07}), {3, 0.2, -0.07}, 0.6, cell_size);
+        expect_moments("box between cells", box({0, 0, 0}, {2.05, 1.44, 1.66}), {1.025, 0.72, 0.83},
+                       (2.05 * 2.05 + 1.44 * 1.44 + 1.66 * 1.66) / 12, cell_size);
+        expect_moments("box askew", askew(block, {0.03, 5, -2}), {0.03, 5, -2}, (4 + 1.44 + 2.56) / 12, cell_size);
     }
     // Turned inside out, hollow, and with shells that overlap.
     EXPECT_EQ(filled_body(turned(sphere(1)), 0.1).fills, filled_body(sphere(1), 0.1).fills);
@@ -393,6 +403,77 @@ TEST_F(SurfaceFile, cut_bar_has_its_own_stiffness_mass_and_stress) {
             EXPECT_NEAR(stress.cauchy[1], 1e4 * kStrain, 1e-4 * 1e4 * kStrain) << springs;
         }
         EXPECT_NEAR(summary.stress.value().mean_cauchy[1], 1e4 * kStrain, 1e-4 * 1e4 * kStrain) << springs;
+    }
+}
+
+/// What a traction of 1 Pa along an axis gives to nodes, their sum, and the sum of their places by it.
+struct Carried {
+    std::vector<double> areas;
+    double area = 0;
+    Vertex moment{};
+};
+
+Carried carried(const Scene& scene) {
+    const Lattice lattice = scene_lattice(scene);
+    const std::vector<Vector3> rest = rest_positions(lattice, scene.body.origin);
+    Carried sum;
+    for (const Vector3& force : nodal_loads(scene, loaded_nodes(scene, lattice, rest), rest.size(), 0)) {
+        const Vector3& x = rest[sum.areas.size()];
+        sum.areas.push_back(force[1]);
+        sum.area += force[1];
+        for (std::size_t a = 0; a < 3; ++a) {
+            sum.moment[a] += force[1] * x[a];
+        }
+    }
+    return sum;
+}
+
+/// On the faces of cells a traction is the force that its area makes.
+TEST(Traction, on_a_box_is_spread_as_a_force) {
+    Scene scene;
+    scene.body.cells = {3, 5, 4};
+    scene.body.cell_size = 0.1;
+    Load load = {FaceRegion{1, true}, {0, 0.3 * 0.4, 0}};
+    scene.loads = {load};
+    const Carried by_force = carried(scene);
+    scene.loads[0] = {load.where, {0, 1, 0}, {}, true};
+    const Carried by_area = carried(scene);
+    for (std::size_t n = 0; n < by_force.areas.size(); ++n) {
+        EXPECT_NEAR(by_area.areas[n], by_force.areas[n], 1e-15);
+    }
+    scene.loads[0].where = RegionWithout{{BoxRegion{{-1, -1, -1}, {2, 2, 2}}}, {FaceRegion{0, false}}};
+    EXPECT_NEAR(carried(scene).area, 2 * (0.3 * 0.4 + 0.3 * 0.5) + 0.4 * 0.5, 1e-12);
+}
+
+/// On a surface that cuts cells it carries the very area, and its first moments: the work of every linear motion.
+TEST(Traction, on_a_cut_surface_has_its_area_and_moments) {
+    const Vertex center = {0.4, -3, 0.05};
+    for (const bool fractions : {false, true}) {
+        Scene scene;
+        const TriangleSurface ball = sphere(1, center, 4);
+        scene.body = fractions ? filled_body(ball, 0.15) : voxels(ball, 0.15);
+        scene.body.mesh = ball;
+        double area = 0;
+        for (const auto& t : ball.triangles) {
+            const Vertex &p = ball.vertices[t[0]], &q = ball.vertices[t[1]], &r = ball.vertices[t[2]];
+            const Vertex n = {(q[1] - p[1]) * (r[2] - p[2]) - (q[2] - p[2]) * (r[1] - p[1]),
+                              (q[2] - p[2]) * (r[0] - p[0]) - (q[0] - p[0]) * (r[2] - p[2]),
+                              (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])};
+            area += std::hypot(n[0], n[1], n[2]) / 2;
+        }
+        for (Vertex& vertex : scene.body.mesh.vertices) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                vertex[a] -= scene.body.origin[a];
+            }
+        }
+        scene.loads = {{BoxRegion{{-9, -9, -9}, {9, 9, 9}}, {0, 1, 0}, {}, true}};
+        const Carried whole = carried(scene);
+        EXPECT_NEAR(whole.area, area, 1e-12 * area);
+        for (std::size_t a = 0; a < 3; ++a) {
+            EXPECT_NEAR(whole.moment[a], area * center[a], 1e-10 * area);
+        }
+        scene.loads[0].where = BoxRegion{{-9, center[1], -9}, {9, 9, 9}};
+        EXPECT_NEAR(carried(scene).area, area / 2, 0.05 * area);
     }
 }
 

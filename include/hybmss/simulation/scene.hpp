@@ -77,7 +77,7 @@ struct SceneBody {
     double surface_volume = 0; ///< m^3 inside the surface; 0 without one
     std::string voxels = {},
                 surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
-    TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on; none unless output.skin
+    TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on; none unless a skin or a traction asks
     bool operator==(const SceneBody&) const = default;
 };
 
@@ -140,11 +140,13 @@ struct Damping {
 };
 
 /// A dead force that is spread over the nodes of a region in proportion to the cells that they touch: evenly over a
-/// face, whose corner nodes take a quarter.
+/// face, whose corner nodes take a quarter. Or a dead traction on the part of the body's surface in the region: that of
+/// the triangles that it is made from, else the faces of its cells.
 struct Load {
     Region where;
-    std::array<double, 3> force = {0, 0, 0}; ///< N, in all
+    std::array<double, 3> force = {0, 0, 0}; ///< N in all, or Pa
     TimeTable force_in_time = {};            ///< in its place, where there are rows
+    bool traction = false;                   ///< `force` is one by area
     bool operator==(const Load&) const = default;
 };
 
