@@ -84,7 +84,14 @@ struct Way {
     Fill fill;
 
     SceneBody body(const TriangleSurface& surface, double cell_size) const {
-        return (fill == Fill::fraction ? filled : voxelised)(surface, require_closed(surface), cell_size);
+        SceneBody made = (fill == Fill::fraction ? filled : voxelised)(surface, require_closed(surface), cell_size);
+        made.mesh = surface;
+        for (Vector3& vertex : made.mesh.vertices) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                vertex[a] -= made.origin[a];
+            }
+        }
+        return made;
     }
     Material material() const { return with_model({.poisson_ratio = kPoissonRatio}, model); }
 };
@@ -94,28 +101,33 @@ struct Way {
 constexpr double kFar = 1e3;
 const Region kLowPlate = FaceRegion{1, false}, kHighPlate = FaceRegion{1, true};
 
-ProbeReading pressed_or_turned(const Way& way, const TriangleSurface& surface, int cells, const std::vector<Fix>& fixes,
-                               const Move& move) {
-    Scene scene;
+Summary at_rest(const Way& way, const TriangleSurface& surface, int cells, Scene scene) {
     scene.body = way.body(surface, 1.0 / cells);
     scene.material = way.material();
-    scene.fixes = fixes;
-    scene.moves = {move};
     scene.solver.method = SolverMethod::static_equilibrium;
     scene.probes = {{"plate", kHighPlate}};
-    const Summary summary = Simulation(scene).run();
+    Summary summary = Simulation(scene).run();
     if (!summary.converged) {
         throw std::runtime_error("surfaces: " + summary.failure);
     }
-    return summary.probes.at(0);
+    return summary;
 }
+
+ProbeReading pressed_or_turned(const Way& way, const TriangleSurface& surface, int cells, const std::vector<Fix>& fixes,
+                               const Move& move) {
+    Scene scene;
+    scene.fixes = fixes;
+    scene.moves = {move};
+    return at_rest(way, surface, cells, scene).probes.at(0);
+}
+
+/// The nodes of the planes x = 0 and z = 0, which symmetry holds there.
+const Fix kHalfX = {BoxRegion{{-1e-6, -kFar, -kFar}, {1e-6, kFar, kFar}}, 1};
+const Fix kHalfZ = {BoxRegion{{-kFar, -kFar, -1e-6}, {kFar, kFar, 1e-6}}, 4};
 
 /// By smooth plates: sides are free, and symmetry holds the rest. N over the displacement.
 double axial_stiffness(const Way& way, const TriangleSurface& surface, int cells) {
-    constexpr double kOn = 1e-6;
-    const std::vector<Fix> fixes = {{kLowPlate, 2},
-                                    {BoxRegion{{-kOn, -kFar, -kFar}, {kOn, kFar, kFar}}, 1},
-                                    {BoxRegion{{-kFar, -kFar, -kOn}, {kFar, kFar, kOn}}, 4}};
+    const std::vector<Fix> fixes = {{kLowPlate, 2}, kHalfX, kHalfZ};
     const Move move = {kHighPlate, 2, std::array{0.0, kSmall, 0.0}};
     return pressed_or_turned(way, surface, cells, fixes, move).force[1] / kSmall;
 }
@@ -151,6 +163,15 @@ TriangleSurface capped_ball() {
     return revolved(profile);
 }
 
+/// A traction on the flat ends: its square over the work that it does, N/m by m^4.
+double stiffness_under_traction(const Way& way, int cells) {
+    const double traction = kSmall * way.material().young_modulus;
+    Scene scene;
+    scene.fixes = {kHalfX, kHalfZ, {BoxRegion{{-kFar, -1e-6, -kFar}, {kFar, 1e-6, kFar}}, 2}};
+    scene.loads = {{kHighPlate, {0, traction, 0}, {}, true}, {kLowPlate, {0, -traction, 0}, {}, true}};
+    return traction * traction / -at_rest(way, capped_ball(), cells, scene).energies.external;
+}
+
 // ---- a plate with a hole under the tension S along x, plane strain (Kirsch, 1898)
 
 /// On the rim and beyond: u 8 G / (S a), polar coordinates by the hole's radius a.
@@ -174,8 +195,7 @@ HoleErrors hole_errors(const Way& way, int cells) {
     constexpr double kHalf = 4;
     const double h = 1.0 / cells;
     Scene scene;
-    const TriangleSurface surface = holed_plate(1, kHalf, h);
-    scene.body = way.body(surface, h);
+    scene.body = way.body(holed_plate(1, kHalf, h), h);
     const Lattice lattice = scene_lattice(scene);
     const std::vector<Vector3> rest = rest_positions(lattice, scene.body.origin);
     Loading loading;
@@ -223,12 +243,7 @@ HoleErrors hole_errors(const Way& way, int cells) {
     }
     const double at_rim = matrix.colPivHouseholderQr().solve(right).sum();
 
-    TriangleMesh mesh = surface;
-    for (Vector3& vertex : mesh.vertices) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            vertex[a] -= scene.body.origin[a];
-        }
-    }
+    const TriangleMesh& mesh = scene.body.mesh;
     std::vector<Vector3> moved(mesh.vertices.size());
     Skin<double>(lattice, mesh).update(displacement, VectorField<double>::aos(moved[0].data(), moved.size()));
     double error = 0, norm = 0;
@@ -250,7 +265,8 @@ Table surface_table(TableContext& context) {
     Table table{"surfaces",
                 "Bodies from surfaces",
                 {"A cylinder pulled between smooth plates, and turned at its ends; a ball without its caps, pressed "
-                 "between smooth plates; the hole of a plate under tension. Cells filled where their centre is inside "
+                 "between smooth plates, and pulled by a traction on its flat ends; the hole of a plate under tension. "
+                 "Cells filled where their centre is inside "
                  "(centre), or by the part of their volume that is (fraction); errors in percent, nu = 0.3, small "
                  "strain."},
                 {{"figure", "figure"},
@@ -263,7 +279,7 @@ Table surface_table(TableContext& context) {
                 {}};
     const std::vector<int> radii = context.quick ? std::vector<int>{4, 8} : std::vector<int>{4, 8, 16};
     /// Errors of one figure, by model, radius and fill.
-    const auto add = [&](const std::string& figure, const std::vector<int>& cells, const auto& errors_of) {
+    const auto add = [&](const std::string& figure, const std::vector<int>& cells, auto errors_of) {
         for (const Model model : {Model::hybmss, Model::hybmss_m}) {
             const std::vector<double> by_centre = errors_of(Way{model, Fill::centre}, cells),
                                       by_fraction = errors_of(Way{model, Fill::fraction}, cells);
@@ -291,16 +307,20 @@ Table surface_table(TableContext& context) {
     add("cylinder, torsion", radii, each("torsion", torsion_error));
     // 4/5 of its radius are whole cells. The limit: of the finest by fractions of this model.
     const std::vector<int> ball = context.quick ? std::vector<int>{5, 10} : std::vector<int>{5, 10, 20};
-    std::optional<std::pair<Model, double>> limit;
-    add("ball, pressed", ball, [&](const Way& way, const std::vector<int>& cells) {
-        if (!limit || limit->first != way.model) {
-            context.progress("ball, the finest");
-            limit = {way.model, axial_stiffness({way.model, Fill::fraction}, capped_ball(), 2 * cells.back())};
-        }
-        return each("ball", [&](const Way& w, int n) {
-            return axial_stiffness(w, capped_ball(), n) / limit->second - 1;
-        })(way, cells);
-    });
+    const auto against_finest = [&](const auto& stiffness_of) {
+        std::optional<std::pair<Model, double>> limit;
+        return [&, limit, stiffness_of](const Way& way, const std::vector<int>& cells) mutable {
+            if (!limit || limit->first != way.model) {
+                context.progress("ball, the finest");
+                limit = {way.model, stiffness_of(Way{way.model, Fill::fraction}, 2 * cells.back())};
+            }
+            return each("ball", [&](const Way& w, int n) { return stiffness_of(w, n) / limit->second - 1; })(way,
+                                                                                                             cells);
+        };
+    };
+    add("ball between plates", ball,
+        against_finest([](const Way& way, int n) { return axial_stiffness(way, capped_ball(), n); }));
+    add("ball under traction", ball, against_finest(stiffness_under_traction));
     for (const bool stress : {true, false}) {
         add(stress ? "hole, largest hoop stress" : "hole, displacement of the rim", radii,
             each("hole", [stress](const Way& way, int n) {
