@@ -245,7 +245,7 @@ namespace {
 /// What fills less of a cell has no cell of its own.
 constexpr double kSliver = 0.05;
 /// Up to so much a cell counts as whole or empty: STL holds floats.
-constexpr double kRounding = 1e-5;
+constexpr double kStlRounding = 1e-5;
 
 /// What of it is on one side of a plane across an axis: x_axis >= bound for `side` = 1, <= bound for -1.
 Polygon clipped(const Polygon& polygon, std::size_t axis, double bound, double side) {
@@ -348,12 +348,12 @@ std::vector<CutCell> fill_by_volume(SceneBody& body, std::vector<Prism>& prisms,
             }
             const std::size_t cell = column + columns * static_cast<std::size_t>(layer);
             const double fill = std::min(sign * volume, 1.0);
-            if (layer >= body.cells[2] || !(fill > kRounding)) {
+            if (layer >= body.cells[2] || !(fill > kStlRounding)) {
                 continue;
             }
-            body.fills[cell] = static_cast<float>(fill > 1 - kRounding ? 1 : fill);
+            body.fills[cell] = static_cast<float>(fill > 1 - kStlRounding ? 1 : fill);
             body.labels[cell] = fill >= kSliver;
-            if (fill <= 1 - kRounding) {
+            if (fill <= 1 - kStlRounding) {
                 cut.push_back({cell, fill, {moment[0] / volume, moment[1] / volume, moment[2] / volume}});
             }
         }

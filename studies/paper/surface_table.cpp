@@ -23,8 +23,8 @@ using std::numbers::pi;
 /// So fine that what facets cut off a circle, 2 pi^2/3 by their square, is far below all errors.
 constexpr int kFacets = 1024;
 /// So small that what the model has beyond linear elasticity is far below all errors.
-constexpr double kSmall = 1e-6;
-constexpr double kPoissonRatio = 0.3;
+constexpr double kStrain = 1e-6;
+constexpr double kPoisson = 0.3;
 
 double angle_of(int facet) {
     return 2 * pi * facet / kFacets;
@@ -93,7 +93,7 @@ struct Way {
         }
         return made;
     }
-    Material material() const { return with_model({.poisson_ratio = kPoissonRatio}, model); }
+    Material material() const { return with_model({.poisson_ratio = kPoisson}, model); }
 };
 
 // ---- bodies that turn about the y axis, of radius 1, between plates
@@ -128,8 +128,8 @@ const Fix kHalfZ = {BoxRegion{{-kFar, -kFar, -1e-6}, {kFar, kFar, 1e-6}}, 4};
 /// By smooth plates: sides are free, and symmetry holds the rest. N over the displacement.
 double axial_stiffness(const Way& way, const TriangleSurface& surface, int cells) {
     const std::vector<Fix> fixes = {{kLowPlate, 2}, kHalfX, kHalfZ};
-    const Move move = {kHighPlate, 2, std::array{0.0, kSmall, 0.0}};
-    return pressed_or_turned(way, surface, cells, fixes, move).force[1] / kSmall;
+    const Move move = {kHighPlate, 2, std::array{0.0, kStrain, 0.0}};
+    return pressed_or_turned(way, surface, cells, fixes, move).force[1] / kStrain;
 }
 
 constexpr double kLength = 2; ///< of the cylinder, m
@@ -145,10 +145,10 @@ double tension_error(const Way& way, int cells) {
 
 /// Ends turn as rigid plates and may warp. Of G J / L.
 double torsion_error(const Way& way, int cells) {
-    const double degrees = kSmall * 180 / pi;
+    const double degrees = kStrain * 180 / pi;
     const ProbeReading plate = pressed_or_turned(way, cylinder(), cells, {{kLowPlate, 5}, {NodeRegion{0}, 2}},
                                                  {kHighPlate, 5, Rotation{1, degrees}});
-    return plate.torque[1] / (kSmall * shear_modulus(way.material()) * pi / 2 / kLength) - 1;
+    return plate.torque[1] / (kStrain * shear_modulus(way.material()) * pi / 2 / kLength) - 1;
 }
 
 /// A ball without its caps beyond 0.8 of its radius.
@@ -165,7 +165,7 @@ TriangleSurface capped_ball() {
 
 /// A traction on the flat ends: its square over the work that it does, N/m by m^4.
 double stiffness_under_traction(const Way& way, int cells) {
-    const double traction = kSmall * way.material().young_modulus;
+    const double traction = kStrain * way.material().young_modulus;
     Scene scene;
     scene.fixes = {kHalfX, kHalfZ, {BoxRegion{{-kFar, -1e-6, -kFar}, {kFar, 1e-6, kFar}}, 2}};
     scene.loads = {{kHighPlate, {0, traction, 0}, {}, true}, {kLowPlate, {0, -traction, 0}, {}, true}};
@@ -176,7 +176,7 @@ double stiffness_under_traction(const Way& way, int cells) {
 
 /// On the rim and beyond: u 8 G / (S a), polar coordinates by the hole's radius a.
 std::array<double, 2> kirsch_displacement(double r, double angle) {
-    constexpr double k = 3 - 4 * kPoissonRatio;
+    constexpr double k = 3 - 4 * kPoisson;
     const double c = std::cos(angle), s = std::sin(angle), c3 = std::cos(3 * angle), s3 = std::sin(3 * angle);
     return {r * (k + 1) * c + 2 / r * ((1 + k) * c + c3) - 2 / (r * r * r) * c3,
             r * (k - 3) * s + 2 / r * ((1 - k) * s + s3) - 2 / (r * r * r) * s3};
@@ -204,7 +204,7 @@ HoleErrors hole_errors(const Way& way, int cells) {
         PrescribedNode node{static_cast<std::uint32_t>(n), 4};
         if (std::max(std::abs(x), std::abs(y)) > kHalf - h / 2) {
             const auto u = kirsch_displacement(std::hypot(x, y), std::atan2(y, x));
-            node = {node.node, 7, {kSmall * u[0], kSmall * u[1], 0}, {0, 0, 0}};
+            node = {node.node, 7, {kStrain * u[0], kStrain * u[1], 0}, {0, 0, 0}};
         }
         loading.supports.push_back(node);
     }
@@ -251,11 +251,11 @@ HoleErrors hole_errors(const Way& way, int cells) {
         const auto v = static_cast<std::size_t>(4 * f);
         const auto exact = kirsch_displacement(1, angle_of(f));
         for (std::size_t a = 0; a < 2; ++a) {
-            error += std::pow(moved[v][a] - mesh.vertices[v][a] - kSmall * exact[a], 2);
-            norm += std::pow(kSmall * exact[a], 2);
+            error += std::pow(moved[v][a] - mesh.vertices[v][a] - kStrain * exact[a], 2);
+            norm += std::pow(kStrain * exact[a], 2);
         }
     }
-    const double tension = 8 * shear_modulus(way.material()) * kSmall;
+    const double tension = 8 * shear_modulus(way.material()) * kStrain;
     return {at_rim / (3 * tension) - 1, std::sqrt(error / norm)};
 }
 
