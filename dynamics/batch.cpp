@@ -1,11 +1,9 @@
 #include "hybmss/batch.hpp"
 
+#include "dynamics/shared_out.hpp"
 #include "plan/bodies/step_factors.hpp"
-#include "plan/threads/workers.hpp"
 
 #include <algorithm>
-#include <exception>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -40,35 +38,12 @@ void check(const StepParameters& parameters) {
 } // namespace
 
 template <class T>
-struct Batch<T>::Implementation {
-    Workers workers;
-
-    /// Calls step(i) for every body. What one of them throws (there may be no memory) is thrown again in the end.
-    template <class Step>
-    void run(std::size_t bodies, const Step& step) const {
-        std::vector<std::exception_ptr> thrown(bodies);
-        workers.run(bodies, [&](std::size_t i, std::size_t) {
-            try {
-                step(i);
-            } catch (...) {
-                thrown[i] = std::current_exception();
-            }
-        });
-        for (const std::exception_ptr& exception : thrown) {
-            if (exception) {
-                std::rethrow_exception(exception);
-            }
-        }
-    }
+struct Batch<T>::Implementation : SharedOut {
+    using SharedOut::SharedOut;
 };
 
 template <class T>
-Batch<T>::Batch(int threads) {
-    PlanOptions options;
-    options.threads = threads;
-    implementation_ = std::make_unique<Implementation>(
-        Implementation{Workers(useful_threads(options, std::numeric_limits<std::size_t>::max()))});
-}
+Batch<T>::Batch(int threads) : implementation_(std::make_unique<Implementation>(threads)) {}
 template <class T>
 Batch<T>::Batch(Batch&&) noexcept = default;
 template <class T>
@@ -78,7 +53,7 @@ Batch<T>::~Batch() = default;
 
 template <class T>
 int Batch<T>::threads() const {
-    return implementation_->workers.threads();
+    return implementation_->workers().threads();
 }
 
 template <class T>

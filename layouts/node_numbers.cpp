@@ -24,12 +24,11 @@ std::uint32_t NodeNumbers::of(std::size_t grid_node) const {
     return static_cast<std::uint32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), grid_node) - nodes_.begin());
 }
 
-std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
-    const std::vector<std::uint32_t> nodes = lattice.nodes();
-    std::vector<std::uint32_t> number(lattice.grid_node_count(), 0);
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-        number[nodes[n]] = static_cast<std::uint32_t>(n);
-    }
+namespace {
+
+/// number(grid index)
+template <class Number>
+std::vector<std::array<std::uint32_t, 8>> numbered_corners(const Lattice& lattice, const Number& number) {
     const auto [nx, ny, nz] = lattice.cells();
     std::vector<std::array<std::uint32_t, 8>> cells;
     cells.reserve(lattice.cell_count());
@@ -42,12 +41,27 @@ std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
                 std::array<std::uint32_t, 8>& cell = cells.emplace_back();
                 for (int corner = 0; corner < 8; ++corner) {
                     cell[static_cast<std::size_t>(corner)] =
-                        number[lattice.grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))];
+                        number(lattice.grid_node_index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2)));
                 }
             }
         }
     }
     return cells;
+}
+
+} // namespace
+
+std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice) {
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    std::vector<std::uint32_t> number(lattice.grid_node_count(), 0);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        number[nodes[n]] = static_cast<std::uint32_t>(n);
+    }
+    return numbered_corners(lattice, [&](std::size_t grid_node) { return number[grid_node]; });
+}
+
+std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice, const NodeNumbers& numbers) {
+    return numbered_corners(lattice, [&](std::size_t grid_node) { return numbers.of(grid_node); });
 }
 
 void append_node(std::vector<NodeRun>& runs, std::size_t index) {

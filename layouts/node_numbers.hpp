@@ -30,6 +30,8 @@ private:
 
 /// The corners of the body's cells as node indices; cells in grid order, corners by the bits of their number.
 std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice);
+/// Likewise of a body that has been cut since its nodes were numbered.
+std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice, const NodeNumbers& numbers);
 
 /// A run of consecutive nodes of the body that lie at even distances in the layout.
 struct NodeRun {

@@ -65,16 +65,20 @@ bool is_finite(const std::array<double, N>& values) {
     return true;
 }
 
-[[noreturn]] void refuse_obstacle(std::size_t obstacle, const std::string& what) {
-    throw std::invalid_argument("obstacle " + std::to_string(obstacle) + ": " + what);
+std::string name_of(std::size_t obstacle) {
+    return "obstacle " + std::to_string(obstacle);
 }
 
-/// A pose must be finite, and its rotation one, or one up to what engines in float leave of it: then it is the rotation
-/// nearby.
-RigidPose rigid(RigidPose pose, std::size_t obstacle) {
+[[noreturn]] void refuse_obstacle(std::size_t obstacle, const std::string& what) {
+    throw std::invalid_argument(name_of(obstacle) + ": " + what);
+}
+
+} // namespace
+
+RigidPose rigid(RigidPose pose, const std::string& whose) {
     if (!is_finite(pose.position) || !is_finite(pose.rotation) || !is_finite(pose.velocity) ||
         !is_finite(pose.angular_velocity)) {
-        refuse_obstacle(obstacle, "its pose is not finite");
+        throw std::invalid_argument(whose + ": its pose is not finite");
     }
     // Newton's iteration for the nearest orthogonal matrix, R <- R - (R R^T - 1) R / 2, squares the error.
     for (int iteration = 0; iteration < 3; ++iteration) {
@@ -93,7 +97,7 @@ RigidPose rigid(RigidPose pose, std::size_t obstacle) {
             }
         }
         if (largest > 1e-5) {
-            refuse_obstacle(obstacle, "its rotation must be a matrix of three orthonormal rows, to 1e-5");
+            throw std::invalid_argument(whose + ": its rotation must be a matrix of three orthonormal rows, to 1e-5");
         }
         if (largest <= 1e-9) { // of an engine in double: taken as it is
             pose.rotation = r;
@@ -102,6 +106,8 @@ RigidPose rigid(RigidPose pose, std::size_t obstacle) {
     }
     return pose;
 }
+
+namespace {
 
 /// The shape with a normal of unit length.
 ObstacleShape checked(const ObstacleShape& shape, std::size_t obstacle) {
@@ -138,7 +144,7 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         Obstacle& obstacle = obstacles_[o];
         obstacle.shape = checked(obstacle.shape, o);
-        obstacle.pose = rigid(obstacle.pose, o);
+        obstacle.pose = rigid(obstacle.pose, name_of(o));
         if (!std::isfinite(obstacle.friction) || obstacle.friction < 0) {
             refuse_obstacle(o, "friction = " + std::to_string(obstacle.friction) +
                                    " is not allowed: it must be finite and at least 0");
@@ -214,11 +220,11 @@ void Contact<T>::move(std::span<const RigidPose> poses) {
                                     std::to_string(obstacles_.size()) + " obstacles: there must be as many");
     }
     for (std::size_t o = 0; o < poses.size(); ++o) {
-        rigid(poses[o], o); // refused before any is moved
+        rigid(poses[o], name_of(o)); // refused before any is moved
     }
     for (std::size_t o = 0; o < poses.size(); ++o) {
         const RigidPose before = pose_after(o, elapsed());
-        const RigidPose pose = rigid(poses[o], o);
+        const RigidPose pose = rigid(poses[o], name_of(o));
         const bool turns =
             before.rotation != pose.rotation && !std::holds_alternative<SphereShape>(obstacles_[o].shape);
         const double way =

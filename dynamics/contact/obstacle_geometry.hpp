@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 #include <type_traits>
 
 namespace hybmss {
@@ -59,6 +60,10 @@ inline Matrix turned(const Matrix& r, const Point& angle) {
     }
     return out;
 }
+
+/// The pose with a rotation: one up to what engines in float leave of it is the rotation nearby. Throws
+/// std::invalid_argument for what is not finite or no rotation; `whose` it is.
+RigidPose rigid(RigidPose pose, const std::string& whose);
 
 /// Signed distance below zero inside, where it is exact; outside a box a lower bound. `normal`: of unit length, the
 /// way out, also where several are as short: any of them.

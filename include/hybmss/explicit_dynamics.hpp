@@ -17,6 +17,9 @@
 
 namespace hybmss {
 
+template <class T>
+class World;
+
 /// How steps go on from velocity and displacement, at the same price: see ExplicitDynamics.
 enum class Integrator { symplectic_euler, leapfrog };
 
@@ -188,6 +191,9 @@ public:
     PlanDescription describe() const;
 
 private:
+    template <class U>
+    friend class World; // bodies of a world push each other
+
     struct HYBMSS_LOCAL Implementation;
     std::unique_ptr<Implementation> implementation_;
 };

@@ -1,0 +1,505 @@
+#include "hybmss/world.hpp"
+
+#include "dynamics/explicit_dynamics_implementation.hpp"
+#include "dynamics/shared_out.hpp"
+#include "dynamics/world/body_contact.hpp"
+#include "plan/bodies/step_factors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace hybmss {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+    throw std::invalid_argument(what);
+}
+
+bool finite(const Point& p) {
+    return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+}
+
+std::vector<std::array<std::uint32_t, 8>> cells_of(const Network& network) {
+    std::vector<std::array<std::uint32_t, 8>> cells;
+    cells.reserve(network.cells.size());
+    for (const Network::Cell& cell : network.cells) {
+        std::array<std::uint32_t, 8>& corners = cells.emplace_back();
+        for (std::size_t c = 0; c < 8; ++c) {
+            corners[c] = static_cast<std::uint32_t>(cell.nodes[c]);
+        }
+    }
+    return cells;
+}
+
+/// Steps at most from one look at where the bodies are to the next.
+constexpr long kStepsBetweenLooks = 16;
+/// What speeds may grow by until the next look.
+constexpr double kGrowth = 1.5;
+
+} // namespace
+
+template <class T>
+struct World<T>::Implementation {
+    struct Body {
+        ExplicitDynamics<T> dynamics;
+        std::unique_ptr<WorldBody<T>> nodes; ///< pairs and attachments know where it is
+        std::optional<NodeNumbers> numbers;  ///< of a lattice
+        long steps = -1, settings = -1;      ///< of the body, when it was looked at last
+    };
+    struct Tie {
+        Attachment given;
+        BodyPoint<T> from, to;
+        Point force = {0, 0, 0};
+        bool there = true;
+    };
+
+    SharedOut threads;
+    std::vector<Body> bodies;
+    std::vector<PairContact<T>> pairs;
+    std::vector<std::vector<std::size_t>> colours; ///< pairs that are near, in lists in which no body comes twice
+    std::vector<Tie> ties;
+    std::size_t tied = 0;  ///< ties that are there
+    long until_look = 0;   ///< steps
+    double since_look = 0; ///< s
+
+    explicit Implementation(int count) : threads(count) {}
+
+    typename ExplicitDynamics<T>::Implementation& inside(std::size_t body) const {
+        return *bodies[body].dynamics.implementation_;
+    }
+    void require(std::size_t body) const {
+        if (body >= bodies.size()) {
+            throw std::out_of_range("body " + std::to_string(body) + " is not there: the world has " +
+                                    std::to_string(bodies.size()));
+        }
+    }
+
+    std::size_t add(ExplicitDynamics<T> dynamics, std::vector<Point> rest,
+                    std::vector<std::array<std::uint32_t, 8>> cells, std::optional<NodeNumbers> numbers) {
+        auto nodes = std::make_unique<WorldBody<T>>();
+        nodes->rest = std::move(rest);
+        nodes->cells = BodyCells(std::move(cells), nodes->rest);
+        bodies.push_back({std::move(dynamics), std::move(nodes), std::move(numbers)});
+        const std::size_t body = bodies.size() - 1;
+        auto& i = inside(body);
+        WorldBody<T>& added = *bodies[body].nodes;
+        added.length_unit = i.body->length_unit();
+        for (std::size_t a = 0; a < 3; ++a) {
+            added.displacement[a] = component(i.state.displacement, a);
+            added.velocity[a] = component(i.state.velocity, a);
+        }
+        added.index.resize(added.rest.size());
+        for (std::size_t n = 0; n < added.rest.size(); ++n) {
+            added.index[n] = static_cast<std::uint32_t>(i.body->index_of(n));
+        }
+        weigh(body);
+        return body;
+    }
+    void weigh(std::size_t body) {
+        WorldBody<T>& nodes = *bodies[body].nodes;
+        nodes.inverse_mass.clear();
+        for (const double mass : inside(body).body->masses()) {
+            nodes.inverse_mass.push_back(mass > 0 ? 1 / mass : 0);
+        }
+    }
+    void forget(std::size_t body) {
+        for (PairContact<T>& pair : pairs) {
+            if (pair.spec().first == body || pair.spec().second == body) {
+                pair.forget();
+            }
+        }
+        until_look = 0;
+    }
+    /// What has been done to bodies from outside since the last step.
+    void take_notice() {
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+            const auto& i = inside(b);
+            Body& body = bodies[b];
+            if (body.settings != i.settings) {
+                std::vector<std::uint8_t>& held = body.nodes->held;
+                held.assign(i.prescribed.empty() ? 0 : body.nodes->rest.size(), 0);
+                for (const PrescribedComponent<T>& p : i.prescribed) {
+                    held[p.node] |= static_cast<std::uint8_t>(1 << p.axis);
+                }
+            }
+            if (body.settings != i.settings || body.steps != i.steps) {
+                forget(b);
+            }
+        }
+    }
+
+    BodyPoint<T> point_of(const Anchor& anchor) const;
+    void look(double time_step);
+    void step_bodies(const StepParameters& parameters, long count);
+    void pull(Tie& tie, double time_step, double gain) const;
+};
+
+/// The node at the anchor's point, or the corners of the cell that it is in.
+template <class T>
+BodyPoint<T> World<T>::Implementation::point_of(const Anchor& anchor) const {
+    BodyPoint<T> out;
+    if (!finite(anchor.point)) {
+        refuse("the point of an attachment is not finite");
+    }
+    if (!anchor.body) {
+        return out;
+    }
+    if (*anchor.body >= bodies.size()) {
+        refuse("body " + std::to_string(*anchor.body) + " of an attachment is not there: the world has " +
+               std::to_string(bodies.size()));
+    }
+    WorldBody<T>& body = *bodies[*anchor.body].nodes;
+    out.body = &body;
+    const double tolerance = 1e-6;
+    for (std::uint32_t n = 0; n < body.rest.size(); ++n) {
+        if (length(plus(body.rest[n], -1, anchor.point)) <= tolerance * body.length_unit) {
+            out.nodes[0] = n;
+            out.weights[0] = 1;
+            out.count = 1;
+            return out;
+        }
+    }
+    for (const auto& cell : body.cells.corners) {
+        std::array<Point, 8> corners;
+        for (std::size_t c = 0; c < 8; ++c) {
+            corners[c] = body.rest[cell[c]];
+        }
+        const std::optional<PlaceInCell> place = place_in_cell(corners, anchor.point);
+        if (place && *std::min_element(place->xi.begin(), place->xi.end()) >= -tolerance &&
+            *std::max_element(place->xi.begin(), place->xi.end()) <= 1 + tolerance) {
+            out.nodes = cell;
+            out.weights = trilinear_weights(place->xi);
+            out.count = 8;
+            return out;
+        }
+    }
+    refuse("the point of an attachment, " + std::to_string(anchor.point[0]) + " " + std::to_string(anchor.point[1]) +
+           " " + std::to_string(anchor.point[2]) + " m, is in no cell and on no node of body " +
+           std::to_string(*anchor.body));
+}
+
+template <class T>
+void World<T>::Implementation::look(double time_step) {
+    std::vector<double> approach;
+    approach.reserve(pairs.size());
+    for (const PairContact<T>& pair : pairs) {
+        approach.push_back(pair.approach());
+    }
+    threads.run(bodies.size(), [&](std::size_t b) { bodies[b].nodes->look(); });
+    std::vector<std::size_t> stale;
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+        PairContact<T>& pair = pairs[p];
+        const double before = since_look > 0 ? approach[p] : 0;
+        approach[p] = pair.approach();
+        // At least one step must be safe.
+        if (pair.spend(kGrowth * since_look * std::max(before, approach[p])) ||
+            pair.reach() < kGrowth * time_step * approach[p]) {
+            stale.push_back(p);
+        }
+    }
+    constexpr double kStepsOfALook = 4;
+    threads.run(stale.size(),
+                [&](std::size_t i) { pairs[stale[i]].find(kStepsOfALook * kGrowth * time_step * approach[stale[i]]); });
+    until_look = kStepsBetweenLooks;
+    colours.clear();
+    std::vector<std::vector<bool>> taken; // by colour and body
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+        const double way = kGrowth * time_step * approach[p];
+        if (way > 0) {
+            const double steps = std::min(pairs[p].reach() / way, static_cast<double>(kStepsBetweenLooks));
+            until_look = std::min(until_look, std::max(1L, static_cast<long>(steps)));
+        }
+        if (!pairs[p].near()) {
+            continue;
+        }
+        const std::size_t first = pairs[p].spec().first, second = pairs[p].spec().second;
+        std::size_t colour = 0;
+        while (colour < taken.size() && (taken[colour][first] || taken[colour][second])) {
+            ++colour;
+        }
+        if (colour == taken.size()) {
+            taken.emplace_back(bodies.size(), false);
+            colours.emplace_back();
+        }
+        taken[colour][first] = taken[colour][second] = true;
+        colours[colour].push_back(p);
+    }
+    since_look = 0;
+}
+
+/// Each by one thread, or where one of them has most of the work, each by all that its plan chose.
+template <class T>
+void World<T>::Implementation::step_bodies(const StepParameters& parameters, long count) {
+    std::size_t largest = 0, all = 0;
+    for (const Body& body : bodies) {
+        largest = std::max(largest, body.nodes->rest.size());
+        all += body.nodes->rest.size();
+    }
+    if (largest * static_cast<std::size_t>(threads.workers().threads()) > 2 * all || bodies.size() == 1) {
+        for (Body& body : bodies) {
+            body.dynamics.step(parameters, count);
+        }
+    } else {
+        threads.run(bodies.size(), [&](std::size_t b) { bodies[b].dynamics.step(parameters, count); });
+    }
+}
+
+/// The impulse after which the spring's force is that of where the step ends, axis by axis.
+template <class T>
+void World<T>::Implementation::pull(Tie& tie, double time_step, double gain) const {
+    Point from = tie.given.from.point, to = tie.given.to.point, yields = {0, 0, 0};
+    if (tie.from.body) {
+        from = tie.from.position();
+        yields = plus(yields, 1, tie.from.mobility());
+    }
+    if (tie.to.body) {
+        to = tie.to.position();
+        yields = plus(yields, 1, tie.to.mobility());
+    }
+    Point impulse = {0, 0, 0};
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double softness = 1 / (tie.given.stiffness * gain) + time_step * yields[a];
+        impulse[a] = softness > 0 ? (to[a] - from[a]) / softness : 0; // both ends are held
+    }
+    tie.force = plus({}, 1 / gain, impulse);
+    if (tie.from.body) {
+        tie.from.push(impulse, time_step);
+    }
+    if (tie.to.body) {
+        tie.to.push(plus({}, -1, impulse), time_step);
+    }
+}
+
+template <class T>
+World<T>::World(int threads) : implementation_(std::make_unique<Implementation>(threads)) {}
+template <class T>
+World<T>::World(World&&) noexcept = default;
+template <class T>
+World<T>& World<T>::operator=(World&&) noexcept = default;
+template <class T>
+World<T>::~World() = default;
+
+template <class T>
+std::size_t World<T>::add(ExplicitDynamics<T> body, const Lattice& lattice, const std::array<double, 3>& origin) {
+    if (!finite(origin)) {
+        refuse("the origin of a body is not finite");
+    }
+    NodeNumbers numbers(lattice, body.node_count());
+    std::vector<Point> rest(body.node_count());
+    for (std::uint32_t n = 0; n < rest.size(); ++n) {
+        rest[n] = plus(lattice.rest_position(numbers.grid_node(n)), 1, origin);
+    }
+    auto corners = cell_corners(lattice, numbers);
+    return implementation_->add(std::move(body), std::move(rest), std::move(corners), std::move(numbers));
+}
+
+template <class T>
+std::size_t World<T>::add(ExplicitDynamics<T> body, const Network& network) {
+    if (network.rest_positions.size() != body.node_count()) {
+        refuse("the network has " + std::to_string(network.rest_positions.size()) + " nodes, the body made from it " +
+               std::to_string(body.node_count()));
+    }
+    return implementation_->add(std::move(body), network.rest_positions, cells_of(network), {});
+}
+
+template <class T>
+std::size_t World<T>::body_count() const {
+    return implementation_->bodies.size();
+}
+template <class T>
+ExplicitDynamics<T>& World<T>::body(std::size_t body) {
+    implementation_->require(body);
+    return implementation_->bodies[body].dynamics;
+}
+template <class T>
+const ExplicitDynamics<T>& World<T>::body(std::size_t body) const {
+    implementation_->require(body);
+    return implementation_->bodies[body].dynamics;
+}
+
+template <class T>
+void World<T>::place(std::size_t body, const RigidPose& pose) {
+    implementation_->require(body);
+    const RigidPose there = rigid(pose, "body " + std::to_string(body));
+    const std::vector<Point>& rest = implementation_->bodies[body].nodes->rest;
+    std::vector<T> u, v;
+    u.reserve(3 * rest.size());
+    v.reserve(3 * rest.size());
+    for (const Point& x : rest) {
+        const Point arm = to_space(there.rotation, x);
+        const Point velocity = plus(there.velocity, 1, cross(there.angular_velocity, arm));
+        for (std::size_t a = 0; a < 3; ++a) {
+            u.push_back(static_cast<T>(there.position[a] + arm[a] - x[a]));
+            v.push_back(static_cast<T>(velocity[a]));
+        }
+    }
+    ExplicitDynamics<T>& dynamics = implementation_->bodies[body].dynamics;
+    dynamics.set_displacements(VectorField<const T>::aos(u.data(), rest.size()));
+    dynamics.set_velocities(VectorField<const T>::aos(v.data(), rest.size()));
+}
+
+template <class T>
+std::size_t World<T>::remove_cells(std::size_t body, Lattice& lattice, std::span<const std::uint32_t> cells) {
+    Implementation& i = *implementation_;
+    i.require(body);
+    auto& cut = i.bodies[body];
+    const std::size_t removed = cut.dynamics.remove_cells(lattice, cells);
+    if (removed > 0) {
+        cut.nodes->cells = BodyCells(cell_corners(lattice, *cut.numbers), cut.nodes->rest);
+        i.weigh(body);
+        i.forget(body);
+    }
+    return removed;
+}
+
+template <class T>
+void World<T>::set_contacts(std::span<const BodyContact> contacts) {
+    Implementation& i = *implementation_;
+    std::vector<PairContact<T>> pairs;
+    std::set<std::pair<std::size_t, std::size_t>> named;
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        BodyContact contact = contacts[c];
+        const std::string which = "contact " + std::to_string(c) + ": ";
+        for (const std::size_t body : {contact.first, contact.second}) {
+            if (body >= i.bodies.size()) {
+                refuse(which + "body " + std::to_string(body) + " is not there: the world has " +
+                       std::to_string(i.bodies.size()));
+            }
+        }
+        if (!named.insert(std::minmax(contact.first, contact.second)).second) {
+            refuse(which + "bodies " + std::to_string(contact.first) + " and " + std::to_string(contact.second) +
+                   " are named twice");
+        }
+        const auto check = [&](const char* what, double value) {
+            if (!(std::isfinite(value) && value >= 0)) {
+                refuse(which + what + " = " + std::to_string(value) + " is not allowed: it must be finite and >= 0");
+            }
+        };
+        check("friction", contact.friction);
+        check("stiffness", contact.stiffness);
+        check("friction_delay", contact.friction_delay);
+        const double step = std::min(i.inside(contact.first).body->critical_time_step(),
+                                     i.inside(contact.second).body->critical_time_step());
+        contact.stiffness = contact.stiffness > 0 ? contact.stiffness : default_contact_stiffness(step);
+        contact.friction_delay = contact.friction_delay > 0 ? contact.friction_delay : default_friction_delay(step);
+        pairs.emplace_back(contact, *i.bodies[contact.first].nodes, *i.bodies[contact.second].nodes);
+    }
+    i.pairs = std::move(pairs);
+    i.colours.clear();
+    i.until_look = 0;
+}
+
+template <class T>
+std::vector<BodyContactReading> World<T>::contact_readings() const {
+    std::vector<BodyContactReading> readings;
+    readings.reserve(implementation_->pairs.size());
+    for (const PairContact<T>& pair : implementation_->pairs) {
+        readings.push_back(pair.reading());
+    }
+    return readings;
+}
+
+template <class T>
+std::size_t World<T>::attach(const Attachment& attachment) {
+    Implementation& i = *implementation_;
+    if (!(attachment.stiffness > 0)) {
+        refuse("stiffness = " + std::to_string(attachment.stiffness) +
+               " of an attachment is not allowed: it must be > 0");
+    }
+    if (!attachment.from.body && !attachment.to.body) {
+        refuse("an attachment between two points in space holds nothing: one must be of a body");
+    }
+    i.ties.push_back({attachment, i.point_of(attachment.from), i.point_of(attachment.to)});
+    ++i.tied;
+    return i.ties.size() - 1;
+}
+
+namespace {
+
+template <class Ties>
+auto& tie_of(Ties& ties, std::size_t attachment) {
+    if (attachment >= ties.size()) {
+        throw std::out_of_range("attachment " + std::to_string(attachment) + " is not there: the world has had " +
+                                std::to_string(ties.size()));
+    }
+    return ties[attachment];
+}
+
+} // namespace
+
+template <class T>
+void World<T>::move_anchor(std::size_t attachment, const std::array<double, 3>& point) {
+    auto& tie = tie_of(implementation_->ties, attachment);
+    if (!finite(point)) {
+        refuse("the point of an attachment is not finite");
+    }
+    if (tie.from.body && tie.to.body) {
+        refuse("attachment " + std::to_string(attachment) + " has no end in space");
+    }
+    (tie.from.body ? tie.given.to : tie.given.from).point = point;
+}
+template <class T>
+std::array<double, 3> World<T>::attachment_force(std::size_t attachment) const {
+    return tie_of(implementation_->ties, attachment).force;
+}
+template <class T>
+void World<T>::detach(std::size_t attachment) {
+    auto& tie = tie_of(implementation_->ties, attachment);
+    implementation_->tied -= tie.there;
+    tie.there = false;
+    tie.force = {0, 0, 0};
+}
+
+template <class T>
+void World<T>::step(const StepParameters& parameters, long count) {
+    Implementation& i = *implementation_;
+    if (count < 0) {
+        refuse("count = " + std::to_string(count) + " is not allowed: it must be at least 0 steps");
+    }
+    const StepFactors factors = step_factors(
+        parameters, parameters.integrator == Integrator::leapfrog ? std::optional(parameters) : std::nullopt);
+    static_cast<void>(step_constants<T>(factors, 1)); // before anything changes, for what it throws
+    i.take_notice();
+    const double time_step = parameters.time_step, gain = factors.late_force;
+    while (count > 0) {
+        if (i.until_look == 0 && !i.pairs.empty()) {
+            i.look(time_step);
+        }
+        const bool alone = i.colours.empty() && i.tied == 0;
+        const long steps = !alone ? 1 : i.pairs.empty() ? count : std::min(count, i.until_look);
+        i.step_bodies(parameters, steps);
+        for (const std::vector<std::size_t>& colour : i.colours) {
+            i.threads.run(colour.size(), [&](std::size_t p) { i.pairs[colour[p]].step(time_step, gain); });
+        }
+        for (auto& tie : i.ties) {
+            if (tie.there) {
+                i.pull(tie, time_step, gain);
+            }
+        }
+        count -= steps;
+        i.until_look = std::max(0L, i.until_look - steps);
+        i.since_look += static_cast<double>(steps) * time_step;
+    }
+    for (std::size_t b = 0; b < i.bodies.size(); ++b) {
+        i.bodies[b].steps = i.inside(b).steps;
+        i.bodies[b].settings = i.inside(b).settings;
+    }
+}
+
+template <class T>
+double World<T>::critical_time_step() const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& body : implementation_->bodies) {
+        least = std::min(least, body.dynamics.critical_time_step());
+    }
+    return least;
+}
+
+template class World<float>;
+template class World<double>;
+
+} // namespace hybmss

@@ -1,0 +1,505 @@
+// Bodies that touch each other and themselves, and are tied to each other: momentum, weight, friction, welds.
+
+#include "hybmss/world.hpp"
+
+#include "tests/moving_body.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace hybmss {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+constexpr double kEdge = 0.125;
+const Material kSoft{.young_modulus = 1e5, .poisson_ratio = 0.3, .density = 1000};
+const Material kFirm{.young_modulus = 1e6, .poisson_ratio = 0.3, .density = 1000};
+
+template <class T>
+PlanOptions one_thread() {
+    PlanOptions options;
+    options.threads = 1;
+    return options;
+}
+
+template <class T>
+std::size_t add_box(World<T>& world, std::array<int, 3> cells, const Vector& origin, const Material& material = kSoft,
+                    double edge = kEdge) {
+    const Lattice lattice = Lattice::box(cells[0], cells[1], cells[2], edge);
+    return world.add(ExplicitDynamics<T>(lattice, material), lattice, origin);
+}
+
+template <class T>
+std::vector<double> read(const ExplicitDynamics<T>& body, bool velocities) {
+    std::vector<T> values(3 * body.node_count());
+    const auto field = VectorField<T>::aos(values.data(), body.node_count());
+    velocities ? body.get_velocities(field) : body.get_displacements(field);
+    return {values.begin(), values.end()};
+}
+
+template <class T>
+double mass_of(const ExplicitDynamics<T>& body) {
+    const auto masses = body.masses();
+    return std::accumulate(masses.begin(), masses.end(), 0.0);
+}
+
+/// The mean over the mass.
+template <class T>
+Vector mean(const ExplicitDynamics<T>& body, bool velocities) {
+    const std::vector<double> values = read(body, velocities);
+    Vector sum = {0, 0, 0};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        sum[i % 3] += body.masses()[i / 3] * values[i] / mass_of(body);
+    }
+    return sum;
+}
+
+template <class T>
+std::uint64_t bits(World<T>& world) {
+    Digest digest;
+    std::uint64_t hash = 0;
+    for (std::size_t b = 0; b < world.body_count(); ++b) {
+        for (const bool velocities : {false, true}) {
+            hash = testing::bits_of(read(world.body(b), velocities), Digest(hash));
+        }
+    }
+    return hash;
+}
+
+template <class T>
+double energy(World<T>& world) {
+    double sum = 0;
+    for (std::size_t b = 0; b < world.body_count(); ++b) {
+        sum += world.body(b).kinetic_energy() + world.body(b).potential_energy().total();
+    }
+    return sum;
+}
+
+/// Linear and angular momentum of a body whose nodes are at `origin` + rest + displacement.
+struct Momentum {
+    Vector linear = {0, 0, 0}, angular = {0, 0, 0};
+};
+template <class T>
+void add_momentum(const ExplicitDynamics<T>& body, const Lattice& lattice, const Vector& origin, Momentum& sum) {
+    const std::vector<double> u = read(body, false), v = read(body, true);
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        Vector x = lattice.rest_position(nodes[n]), p{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            x[a] += origin[a] + u[3 * n + a];
+            p[a] = body.masses()[n] * v[3 * n + a];
+            sum.linear[a] += p[a];
+        }
+        sum.angular[0] += x[1] * p[2] - x[2] * p[1];
+        sum.angular[1] += x[2] * p[0] - x[0] * p[2];
+        sum.angular[2] += x[0] * p[1] - x[1] * p[0];
+    }
+}
+
+template <class T>
+class WorldOf : public ::testing::Test {};
+using Precisions = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(WorldOf, Precisions);
+
+TYPED_TEST(WorldOf, bodies_apart_move_as_if_alone) {
+    World<TypeParam> world;
+    const Lattice lattice = Lattice::box(3, 4, 5, kEdge);
+    ExplicitDynamics<TypeParam> alone(lattice, kSoft);
+    const std::size_t first = add_box(world, {3, 4, 5}, {0, 0, 0}), second = add_box(world, {2, 2, 2}, {1, 0.1, 0.1});
+    world.set_contacts(std::array{BodyContact{.first = first, .second = second}, BodyContact{first, first}});
+    const NodalLoad load{0, {10, 20, -5}};
+    alone.load({&load, 1});
+    world.body(first).load({&load, 1});
+    const StepParameters step{0.5 * world.critical_time_step(), {0, -1, 0}, 0.1};
+    alone.step(step, 50);
+    world.step(step, 20);
+    world.step(step, 30);
+    EXPECT_EQ(testing::bits_of(read(alone, false)), testing::bits_of(read(world.body(first), false)));
+    EXPECT_EQ(testing::bits_of(read(alone, true)), testing::bits_of(read(world.body(first), true)));
+    EXPECT_EQ(world.contact_readings().at(0).greatest_depth, 0);
+}
+
+/// Two boxes hit each other off centre: what one loses of momentum the other gains, and no energy comes from nowhere.
+TYPED_TEST(WorldOf, a_collision_keeps_momentum) {
+    World<TypeParam> world;
+    const std::array<Vector, 2> origins = {Vector{0, 0, 0}, Vector{0.52, 0.21, -0.13}};
+    const Lattice lattice = Lattice::box(4, 4, 4, kEdge);
+    for (const Vector& origin : origins) {
+        add_box(world, {4, 4, 4}, origin);
+    }
+    world.set_contacts(std::array{BodyContact{.first = 0, .second = 1, .friction = 0.4}});
+    world.place(0, {.velocity = {1.5, 0.1, 0}});
+    world.place(1, {.velocity = {-1, 0, 0.2}});
+    const auto momentum = [&] {
+        Momentum sum;
+        for (std::size_t b = 0; b < 2; ++b) {
+            add_momentum(world.body(b), lattice, origins[b], sum);
+        }
+        return sum;
+    };
+    const Momentum before = momentum();
+    const double start = energy(world);
+    double most = start;
+    for (int i = 0; i < 40; ++i) {
+        world.step({.time_step = 0.3 * world.critical_time_step()}, 20);
+        most = std::max(most, energy(world));
+    }
+    const BodyContactReading reading = world.contact_readings().at(0);
+    EXPECT_EQ(reading.nodes, 0u);
+    EXPECT_LT(mean(world.body(0), true)[0], 0.2); // it has been stopped
+    EXPECT_GT(reading.greatest_depth, 0);
+    EXPECT_LT(reading.greatest_depth, 0.2 * kEdge);
+    EXPECT_LT(most, 1.001 * start);
+    EXPECT_GT(energy(world), 0.3 * start);
+    const double scale = 2.5 * mass_of(world.body(0)), tolerance = std::is_same_v<TypeParam, float> ? 2e-6 : 1e-12;
+    const Momentum after = momentum();
+    for (std::size_t a = 0; a < 3; ++a) {
+        EXPECT_NEAR(after.linear[a], before.linear[a], tolerance * scale) << a;
+        EXPECT_NEAR(after.angular[a], before.angular[a], 1e-3 * scale * kEdge) << a;
+        const double gained = mass_of(world.body(0)) * (mean(world.body(0), true)[a] - (a == 0   ? 1.5
+                                                                                        : a == 1 ? 0.1
+                                                                                                 : 0));
+        EXPECT_NEAR(reading.impulse[a], gained, 2 * tolerance * scale) << a;
+    }
+}
+
+/// A heap of boxes falls on a held one; the same whoever does the work, however it is called.
+TYPED_TEST(WorldOf, threads_and_calls_do_not_change_a_bit) {
+    std::vector<std::uint64_t> all;
+    for (const int threads : {1, 2, 8}) {
+        for (const long call : {1, 7, 120}) {
+            World<TypeParam> world(threads);
+            add_box(world, {8, 1, 8}, {0, -kEdge, 0});
+            std::vector<PrescribedNode> held(world.body(0).node_count());
+            for (std::uint32_t n = 0; n < held.size(); ++n) {
+                held[n].node = n;
+            }
+            world.body(0).prescribe(held);
+            std::vector<BodyContact> contacts;
+            for (std::size_t b = 0; b < 5; ++b) {
+                const double shift = 0.1 * static_cast<double>(b);
+                add_box(world, {2, 2, 2}, {0.1 + shift, 0.01 + 0.27 * static_cast<double>(b), 0.2 + shift});
+                contacts.push_back({.first = 0, .second = b + 1, .friction = 0.3});
+                for (std::size_t other = 1; other <= b; ++other) {
+                    contacts.push_back({.first = other, .second = b + 1, .friction = 0.3});
+                }
+            }
+            world.set_contacts(contacts);
+            const StepParameters step{0.5 * world.critical_time_step(), {0, -10, 0}};
+            for (long done = 0; done < 840; done += call) {
+                world.step(step, call);
+            }
+            EXPECT_GT(world.contact_readings().at(0).impulse[1] * world.contact_readings().at(0).impulse[1], 0);
+            all.push_back(bits(world));
+        }
+    }
+    for (const std::uint64_t hash : all) {
+        EXPECT_EQ(hash, all.front());
+    }
+}
+
+/// Three boxes on a held plate: each contact carries what lies above it.
+TYPED_TEST(WorldOf, a_stack_carries_its_weight) {
+    World<TypeParam> world;
+    add_box(world, {6, 1, 6}, {-kEdge, -kEdge, -kEdge}, kFirm);
+    std::vector<PrescribedNode> held(world.body(0).node_count());
+    for (std::uint32_t n = 0; n < held.size(); ++n) {
+        held[n].node = n;
+    }
+    world.body(0).prescribe(held);
+    std::vector<BodyContact> contacts;
+    for (std::size_t b = 1; b < 4; ++b) {
+        const double shift = 0.03 * static_cast<double>(b);
+        add_box(world, {4, 3, 4}, {shift, 3 * kEdge * static_cast<double>(b - 1), -shift}, kFirm);
+        contacts.push_back({.first = b - 1, .second = b, .friction = 0.5});
+    }
+    world.set_contacts(contacts);
+    const double weight = 10 * mass_of(world.body(1));
+    world.step({0.5 * world.critical_time_step(), {0, -10, 0}, 20}, 6000);
+    const auto readings = world.contact_readings();
+    for (std::size_t c = 0; c < 3; ++c) {
+        EXPECT_NEAR(readings[c].force[1], -weight * static_cast<double>(3 - c), 1e-3 * weight) << c;
+        EXPECT_LT(readings[c].depth, 0.05 * kEdge);
+        EXPECT_GT(readings[c].nodes, 20u);
+    }
+    for (std::size_t b = 1; b < 4; ++b) {
+        for (const double v : mean(world.body(b), true)) {
+            EXPECT_NEAR(v, 0, 1e-4);
+        }
+    }
+}
+
+/// On a slope a box sticks below the angle of friction and slides above it.
+TEST(World, friction_holds_up_to_its_angle) {
+    for (const double tangent : {0.45, 0.55}) {
+        World<double> world;
+        add_box(world, {12, 1, 4}, {-0.5, -kEdge, 0});
+        std::vector<PrescribedNode> held(world.body(0).node_count());
+        for (std::uint32_t n = 0; n < held.size(); ++n) {
+            held[n].node = n;
+        }
+        world.body(0).prescribe(held);
+        add_box(world, {2, 1, 2}, {-0.3, 0, 0.11}, kFirm);
+        world.set_contacts(std::array{BodyContact{.first = 1, .second = 0, .friction = 0.5}});
+        const double g = 1, time_step = 0.5 * world.critical_time_step();
+        const auto steps = [&](double seconds) { return std::lround(seconds / time_step); };
+        world.step({time_step, {0, -g, 0}, 20}, steps(0.5));
+        world.step({time_step, {tangent * g, -g, 0}}, steps(0.05));
+        const double before = mean(world.body(1), true)[0];
+        world.step({time_step, {tangent * g, -g, 0}}, steps(0.5));
+        const double gained = mean(world.body(1), true)[0] - before;
+        EXPECT_NEAR(gained, std::max(0.0, tangent - 0.5) * g * 0.5, 0.006) << tangent;
+    }
+}
+
+/// Halves of a box, welded node by node, move as the box.
+TYPED_TEST(WorldOf, welded_halves_are_the_whole) {
+    World<TypeParam> world;
+    const Lattice whole = Lattice::box(4, 3, 2, kEdge);
+    ExplicitDynamics<TypeParam> box(whole, kSoft);
+    add_box(world, {2, 3, 2}, {0, 0, 0});
+    add_box(world, {2, 3, 2}, {2 * kEdge, 0, 0});
+    for (int k = 0; k <= 2; ++k) {
+        for (int j = 0; j <= 3; ++j) {
+            const Anchor from{0, {2 * kEdge, j * kEdge, k * kEdge}};
+            world.attach({from, {1, from.point}});
+        }
+    }
+    const NodalLoad push{0, {3, 5, -2}};
+    box.load({&push, 1});
+    world.body(0).load({&push, 1}); // the low corner of both
+    const StepParameters step{0.5 * box.critical_time_step(), {0, -2, 0}, 0.2};
+    box.step(step, 200);
+    world.step(step, 200);
+    const std::vector<double> u = read(box, false), left = read(world.body(0), false),
+                              right = read(world.body(1), false);
+    const double scale = *std::max_element(u.begin(), u.end()),
+                 tolerance = std::is_same_v<TypeParam, float> ? 1e-5 : 1e-13;
+    EXPECT_GT(scale, 1e-5);
+    for (int k = 0; k <= 2; ++k) {
+        for (int j = 0; j <= 3; ++j) {
+            for (int i = 0; i <= 4; ++i) {
+                const auto node = static_cast<std::size_t>(i + 5 * (j + 4 * k)),
+                           half = static_cast<std::size_t>(i % 3 + 3 * (j + 4 * k));
+                for (std::size_t a = 0; a < 3; ++a) {
+                    const double part =
+                        i < 3 ? left[3 * half + a] : right[3 * (static_cast<std::size_t>(i - 2 + 3 * (j + 4 * k))) + a];
+                    EXPECT_NEAR(part, u[3 * node + a], tolerance * scale * 30) << i << j << k;
+                }
+            }
+        }
+    }
+}
+
+/// A box hangs from a spring that holds it in the middle of a cell, and follows when the other end is moved.
+TYPED_TEST(WorldOf, a_spring_carries_what_hangs_on_it) {
+    World<TypeParam> world;
+    add_box(world, {3, 3, 3}, {0, 0, 0});
+    const double k = 2000, weight = 10 * mass_of(world.body(0));
+    const Vector middle = {1.5 * kEdge, 1.5 * kEdge, 1.5 * kEdge};
+    const std::size_t spring = world.attach({{0, middle}, {{}, middle}, k});
+    const StepParameters step{0.5 * world.critical_time_step(), {0, -10, 0}, 10};
+    world.step(step, 6000);
+    EXPECT_NEAR(world.attachment_force(spring)[1], weight, 1e-3 * weight);
+    const double sunk = mean(world.body(0), false)[1];
+    EXPECT_LT(sunk, -weight / k);
+    world.move_anchor(spring, {middle[0] + 1, middle[1], middle[2]});
+    world.step(step, 6000);
+    EXPECT_NEAR(mean(world.body(0), false)[0], 1, 1e-3);
+    EXPECT_NEAR(mean(world.body(0), false)[1], sunk, 1e-3);
+    world.detach(spring);
+    world.step(step, 100);
+    EXPECT_EQ(world.attachment_force(spring), (Vector{0, 0, 0}));
+    EXPECT_LT(mean(world.body(0), false)[1], sunk - 0.01);
+}
+
+/// However stiff it is, and however far it is away, a pointer that drags a node keeps the body finite.
+TEST(World, dragging_is_stable) {
+    for (const double stiffness : {1.0, 1e6, std::numeric_limits<double>::infinity()}) {
+        World<float> world;
+        add_box(world, {4, 4, 4}, {0, 0, 0});
+        const Vector corner = {4 * kEdge, 4 * kEdge, 4 * kEdge};
+        const std::size_t pointer = world.attach({{0, corner}, {{}, corner}, stiffness});
+        const StepParameters step{0.9 * world.critical_time_step(), {0, 0, 0}, 2};
+        for (int i = 0; i < 500; ++i) {
+            const double angle = 0.02 * i;
+            world.move_anchor(pointer, {corner[0] + std::sin(angle), corner[1], corner[2] + 1 - std::cos(angle)});
+            world.step(step, 5);
+        }
+        EXPECT_TRUE(world.body(0).finite());
+        if (std::isinf(stiffness)) { // it is there
+            const std::vector<double> u = read(world.body(0), false);
+            EXPECT_NEAR(u[u.size() - 3], std::sin(0.02 * 499), 1e-5);
+        }
+    }
+}
+
+/// The arms of a U are pressed together: they meet, and do not go through each other.
+TYPED_TEST(WorldOf, a_body_touches_itself) {
+    World<TypeParam> world;
+    std::vector<float> cells(7 * 8 * 2, 1);
+    for (int k = 0; k < 2; ++k) {
+        for (int j = 2; j < 8; ++j) {
+            for (int i = 2; i < 5; ++i) {
+                cells[static_cast<std::size_t>(i + 7 * (j + 8 * k))] = 0;
+            }
+        }
+    }
+    const Lattice lattice = Lattice::from_cells(7, 8, 2, kEdge, cells);
+    for (const bool touches : {false, true}) {
+        const std::size_t body = world.add(ExplicitDynamics<TypeParam>(lattice, kSoft), lattice);
+        const auto nodes = lattice.nodes();
+        std::vector<NodalLoad> loads;
+        std::vector<PrescribedNode> foot;
+        for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+            const Vector x = lattice.rest_position(nodes[n]);
+            if (x[1] == 8 * kEdge) {
+                loads.push_back({n, {x[0] < 3 * kEdge ? 6.0 : -6.0, 0, 0}});
+            } else if (x[1] == 0) {
+                foot.push_back({n, 7, {}, {}});
+            }
+        }
+        world.body(body).load(loads);
+        world.body(body).prescribe(foot);
+        if (touches) {
+            world.set_contacts(std::array{BodyContact{.first = body, .second = body, .friction = 0.2}});
+        }
+        world.step({0.5 * world.critical_time_step(), {0, 0, 0}, 5}, 4000);
+        // The inner edges of the arms' ends.
+        const std::vector<double> u = read(world.body(body), false);
+        double gap = 1;
+        for (std::size_t n = 0; n < nodes.size(); ++n) {
+            const Vector x = lattice.rest_position(nodes[n]);
+            if (x[1] == 8 * kEdge && x[0] == 2 * kEdge) {
+                gap = std::min(gap, u[3 * (n + 1)] + 3 * kEdge - u[3 * n]);
+            }
+        }
+        if (touches) {
+            EXPECT_GT(gap, -0.1 * kEdge);
+            EXPECT_LT(gap, 0.1 * kEdge);
+            EXPECT_GT(world.contact_readings().at(0).nodes, 0u);
+        } else {
+            EXPECT_LT(gap, -0.4 * kEdge); // one through the other
+        }
+    }
+}
+
+/// A body turned by the pose is at rest, and turns on as the pose says.
+TYPED_TEST(WorldOf, a_placed_body_is_a_rigid_one) {
+    World<TypeParam> world;
+    add_box(world, {2, 3, 4}, {0.3, 0, 0});
+    const double c = std::cos(0.7), s = std::sin(0.7);
+    world.place(0, {.position = {5, -1, 2}, .rotation = {c, -s, 0, s, c, 0, 0, 0, 1}, .angular_velocity = {0, 0, 2}});
+    const ExplicitDynamics<TypeParam>& body = world.body(0);
+    EXPECT_LT(body.potential_energy().total(), (std::is_same_v<TypeParam, float> ? 1e-6 : 1e-20));
+    const std::vector<double> u = read(body, false), v = read(body, true);
+    EXPECT_NEAR(u[0], 5 + c * 0.3 - 0.3, 1e-6); // of the node at (0.3, 0, 0)
+    EXPECT_NEAR(u[1], -1 + s * 0.3, 1e-6);
+    EXPECT_NEAR(v[0], -2 * s * 0.3, 1e-6);
+    EXPECT_NEAR(v[1], 2 * c * 0.3, 1e-6);
+}
+
+/// What is cut away touches nothing, and what it laid bare does.
+TEST(World, cuts_lay_bare_what_touches) {
+    World<double> world;
+    Lattice block = Lattice::box(4, 4, 4, kEdge);
+    world.add(ExplicitDynamics<double>(block, kSoft), block, {-kEdge, -4 * kEdge, -kEdge});
+    std::vector<PrescribedNode> held;
+    for (std::uint32_t n = 0; n < world.body(0).node_count(); ++n) {
+        held.push_back({n, 7, {}, {}});
+    }
+    world.body(0).prescribe(held);
+    add_box(world, {1, 1, 1}, {0.4 * kEdge, 0, 0.6 * kEdge});
+    world.set_contacts(std::array{BodyContact{.first = 0, .second = 1}});
+    const StepParameters step{0.5 * world.critical_time_step(), {0, -10, 0}, 5};
+    world.step(step, 3000);
+    EXPECT_NEAR(mean(world.body(1), false)[1], 0, 0.1 * kEdge);
+    // A shaft of two cells' depth below it, three wide.
+    std::vector<std::uint32_t> cells;
+    for (const int j : {2, 3}) {
+        for (const int k : {0, 1, 2}) {
+            for (const int i : {0, 1, 2}) {
+                cells.push_back(static_cast<std::uint32_t>(block.cell_index(i + 1 - 1, j, k)));
+            }
+        }
+    }
+    EXPECT_EQ(world.remove_cells(0, block, cells), 18u);
+    world.step(step, 6000);
+    EXPECT_NEAR(mean(world.body(1), false)[1], -2 * kEdge, 0.1 * kEdge);
+    EXPECT_NEAR(world.contact_readings().at(0).force[1], -10 * mass_of(world.body(1)),
+                0.01 * 10 * mass_of(world.body(1)));
+}
+
+/// Networks touch as lattices do; one that has springs alone by its nodes.
+TEST(World, networks_touch_too) {
+    World<double> lattices, networks;
+    const Lattice lattice = Lattice::box(2, 2, 2, kEdge);
+    for (const double height : {0.0, 2.1 * kEdge}) {
+        add_box(lattices, {2, 2, 2}, {0.01, height, height});
+        Network network = Network::from_lattice(lattice, kSoft);
+        for (Vector& x : network.rest_positions) {
+            x = {x[0] + 0.01, x[1] + height, x[2] + height / 4};
+        }
+        networks.add(ExplicitDynamics<double>(network), network);
+    }
+    for (auto* world : {&lattices, &networks}) {
+        world->set_contacts(std::array{BodyContact{.first = 0, .second = 1}});
+        world->place(1, {.velocity = {0, -1, 0}});
+        world->step({0.3 * world->critical_time_step()}, 200);
+    }
+    EXPECT_GT(networks.contact_readings().at(0).greatest_depth, 0);
+    EXPECT_LT(mean(networks.body(0), true)[1], -0.3);
+}
+
+TEST(WorldInput, what_is_not_allowed_is_named) {
+    World<double> world;
+    add_box(world, {1, 1, 1}, {0, 0, 0});
+    const auto said = [](auto&& call) -> std::string {
+        try {
+            call();
+        } catch (const std::exception& e) {
+            return e.what();
+        }
+        return "";
+    };
+    const auto contact = [&](BodyContact c) { return said([&] { world.set_contacts({&c, 1}); }); };
+    EXPECT_EQ(contact({.first = 0, .second = 1}), "contact 0: body 1 is not there: the world has 1");
+    EXPECT_EQ(contact({.friction = -1}), "contact 0: friction = -1.000000 is not allowed: it must be finite and >= 0");
+    EXPECT_EQ(said([&] {
+                  world.set_contacts(std::array{BodyContact{0, 0}, BodyContact{0, 0}});
+              }),
+              "contact 1: bodies 0 and 0 are named twice");
+    EXPECT_EQ(said([&] {
+                  world.attach({{0, {9, 0, 0}}, {}});
+              }),
+              "the point of an attachment, 9.000000 0.000000 0.000000 m, is in no cell and on no node of body 0");
+    EXPECT_EQ(said([&] {
+                  world.attach({{}, {}});
+              }),
+              "an attachment between two points in space holds nothing: one must be of a body");
+    EXPECT_EQ(said([&] {
+                  world.attach({{0, {0, 0, 0}}, {}, 0});
+              }),
+              "stiffness = 0.000000 of an attachment is not allowed: it must be > 0");
+    EXPECT_EQ(said([&] { static_cast<void>(world.body(3)); }), "body 3 is not there: the world has 1");
+    EXPECT_EQ(said([&] { world.detach(0); }), "attachment 0 is not there: the world has had 0");
+    EXPECT_EQ(said([&] {
+                  world.place(0, {.rotation = {2, 0, 0, 0, 1, 0, 0, 0, 1}});
+              }),
+              "body 0: its rotation must be a matrix of three orthonormal rows, to 1e-5");
+    EXPECT_EQ(said([&] { world.step({0.01}, -1); }), "count = -1 is not allowed: it must be at least 0 steps");
+    EXPECT_NE(said([&] { world.step({}, 1); }), "");
+    const Lattice other = Lattice::box(2, 1, 1, kEdge);
+    EXPECT_NE(said([&] { world.add(ExplicitDynamics<double>(other, kSoft), Lattice::box(1, 1, 1, kEdge)); }), "");
+    EXPECT_EQ(world.body_count(), 1u);
+}
+
+} // namespace
+} // namespace hybmss
