@@ -91,6 +91,11 @@ BodyCells::BodyCells(std::vector<std::array<std::uint32_t, 8>> cells, const std:
             }
         }
     }
+    for (std::uint32_t cell = 0; cell < corners.size(); ++cell) {
+        if (*std::min_element(layers[cell].begin(), layers[cell].end()) < 2) {
+            outer.push_back(cell);
+        }
+    }
     if (corners.empty()) {
         surface.resize(rest.size());
         for (std::uint32_t n = 0; n < rest.size(); ++n) {

@@ -19,6 +19,7 @@ struct BodyCells {
     std::vector<std::array<std::uint32_t, 8>> corners;
     /// How many cells lie between this one and the surface, through each face and on: 0 where the face is free.
     std::vector<std::array<std::uint8_t, 6>> layers;
+    std::vector<std::uint32_t> outer;         ///< cells of the two layers next to the surface, ascending
     std::vector<std::uint32_t> surface;       ///< nodes of free faces, ascending; all nodes where there are no cells
     std::vector<std::uint32_t> first_cell_of; ///< by node, and one more: into cells_of
     std::vector<std::uint32_t> cells_of;      ///< ascending for each node

@@ -92,9 +92,20 @@ private:
 template <class T>
 void WorldBody<T>::look() {
     box = speeds = {};
+    places.clear();
     for (const std::uint32_t node : cells.surface) {
-        box.include(position(node));
+        places.push_back(position(node));
+        box.include(places.back());
         speeds.include(speed(node));
+    }
+    cell_boxes.clear();
+}
+
+template <class T>
+void WorldBody<T>::find_cell_boxes() {
+    cell_boxes.reserve(cells.outer.size());
+    for (const std::uint32_t cell : cells.outer) {
+        cell_boxes.push_back(bounds_of(corners_of(*this, cell)));
     }
 }
 
@@ -117,41 +128,51 @@ void PairContact<T>::forget() {
     reach_ = 0;
     for (Side& side : sides_) {
         for (Node& node : side.nodes) {
-            node = Node{node.node, node.begin, node.end};
+            node = Node{node.node, node.begin, node.end, kNone, node.clear};
         }
     }
 }
 
 template <class T>
-void PairContact<T>::find(double way) {
-    const bool itself = spec_.first == spec_.second;
-    const double gap = itself ? -1 : sides_[0].body->box.gap(sides_[1].body->box);
-    const double margin = std::max(way, std::max(sides_[0].other->cells.edge, sides_[1].other->cells.edge) / 2);
-    if (gap > margin) {
+double PairContact<T>::gap() const {
+    return spec_.first == spec_.second ? -1 : sides_[0].body->box.gap(sides_[1].body->box);
+}
+
+/// Less than a cell, if the bodies are not so fast: what may be met grows with its cube.
+template <class T>
+double PairContact<T>::margin(double way) const {
+    constexpr double kSteps = 8;
+    const double edge = std::max(sides_[0].other->cells.edge, sides_[1].other->cells.edge);
+    return std::max(std::clamp(kSteps * way, edge / 4, edge), std::min(2 * way, 2 * edge));
+}
+
+template <class T>
+void PairContact<T>::find(double margin) {
+    travelled_ = 0;
+    if (gap() > margin) {
         for (Side& side : sides_) {
             side.nodes.clear();
         }
-        reach_ = gap;
+        reach_ = gap();
         return;
     }
     reach_ = margin;
     find(sides_[0], margin);
-    if (!itself) {
+    if (spec_.first != spec_.second) {
         find(sides_[1], margin);
     }
 }
 
 template <class T>
-void PairContact<T>::find(Side& side, double reach) const {
-    const BodyCells& cells = side.other->cells;
-    const Bounds region = side.body->box.grown(reach);
-    std::vector<std::uint32_t> met;
-    std::vector<Bounds> boxes;
-    for (std::uint32_t cell = 0; cell < cells.corners.size(); ++cell) {
-        const Bounds box = bounds_of(corners_of(*side.other, cell)).grown(reach);
-        if (box.gap(region) <= 0 && box.finite()) {
-            met.push_back(cell);
-            boxes.push_back(box);
+void PairContact<T>::find(Side& side, double margin) const {
+    const WorldBody<T>&body = *side.body, &other = *side.other;
+    const BodyCells& cells = other.cells;
+    std::vector<std::uint32_t> met; // of the outer cells
+    std::vector<Bounds> boxes;      // theirs, grown
+    for (std::uint32_t i = 0; i < cells.outer.size(); ++i) {
+        if (other.cell_boxes[i].gap(body.box) <= margin && other.cell_boxes[i].finite()) {
+            met.push_back(i);
+            boxes.push_back(other.cell_boxes[i].grown(margin));
         }
     }
     std::vector<Node> before;
@@ -165,17 +186,17 @@ void PairContact<T>::find(Side& side, double reach) const {
         all.include(box.low);
         all.include(box.high);
     }
-    const Buckets buckets(all, 2 * cells.edge + 2 * reach, boxes);
+    const Buckets buckets(all, 2 * cells.edge + 2 * margin, boxes);
     // A body's node does not meet the cells around it, nor those that have a node in common with them.
     const bool itself = side.body == side.other;
-    std::vector<std::uint32_t> own(itself ? side.body->rest.size() : 0, kNone);
+    std::vector<std::uint32_t> own(itself ? body.rest.size() : 0, kNone);
     auto known = before.begin();
-    for (const std::uint32_t node : side.body->cells.surface) {
-        const Point x = side.body->position(node);
-        if (!all.holds(x) || side.body->inverse_mass[node] == 0) {
+    for (std::size_t s = 0; s < body.places.size(); ++s) {
+        const std::uint32_t node = body.cells.surface[s];
+        const Point& x = body.places[s];
+        if (!all.holds(x) || body.inverse_mass[node] == 0) {
             continue;
         }
-        const auto begin = static_cast<std::uint32_t>(side.candidates.size());
         if (itself) {
             for (std::uint32_t i = cells.first_cell_of[node]; i < cells.first_cell_of[node + 1]; ++i) {
                 for (const std::uint32_t neighbour : cells.corners[cells.cells_of[i]]) {
@@ -183,11 +204,14 @@ void PairContact<T>::find(Side& side, double reach) const {
                 }
             }
         }
+        const auto begin = static_cast<std::uint32_t>(side.candidates.size());
         for (const std::uint32_t i : buckets.at(x)) {
-            const auto& corners = cells.corners[met[i]];
+            const std::uint32_t cell = cells.outer[met[i]];
+            const auto& corners = cells.corners[cell];
             if (boxes[i].holds(x) && !(itself && std::any_of(corners.begin(), corners.end(),
                                                              [&](std::uint32_t c) { return own[c] == node; }))) {
-                side.candidates.push_back(met[i]);
+                const auto distance = static_cast<float>(distance_to(other.cell_boxes[met[i]], x));
+                side.candidates.push_back({cell, distance});
             }
         }
         const auto end = static_cast<std::uint32_t>(side.candidates.size());
@@ -197,31 +221,25 @@ void PairContact<T>::find(Side& side, double reach) const {
         while (known != before.end() && known->node < node) {
             ++known;
         }
-        Node& entry = side.nodes.emplace_back();
-        if (known != before.end() && known->node == node) {
-            entry = *known;
-        } else {
-            entry.node = node;
-        }
+        Node& entry = side.nodes.emplace_back(known != before.end() && known->node == node ? *known : Node{node, 0, 0});
         entry.begin = begin;
         entry.end = end;
-        if (entry.cell == kNone) {
-            entry.age = 0; // cells may have come that were not there
-        }
+        entry.clear = 0;
     }
 }
 
+/// The cell that a node is in, or else the nearest that it is hardly beside.
 template <class T>
-bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double time_step) const {
+auto PairContact<T>::cell_at(const Side& side, Node& node, const Point& x, double travelled) const -> Found {
     const WorldBody<T>& other = *side.other;
-    std::optional<PlaceInCell> best;
-    double beside = kBeside, nearest = std::numeric_limits<double>::infinity();
-    std::uint32_t cell = kNone;
-    const auto look = [&](std::uint32_t candidate) {
-        const std::array<Point, 8> corners = corners_of(other, candidate);
-        const double distance = distance_to(bounds_of(corners), x);
-        nearest = std::min(nearest, distance);
-        if (distance > kBeside * other.cells.edge) {
+    const double near = kBeside * other.cells.edge;
+    Found found;
+    double beside = kBeside, clear = std::numeric_limits<double>::infinity();
+    const auto look = [&](std::uint32_t cell) {
+        const std::array<Point, 8> corners = corners_of(other, cell);
+        const double distance = distance_to(bounds_of(corners), x) - near;
+        clear = std::min(clear, travelled + distance);
+        if (distance > 0) {
             return;
         }
         if (const std::optional<PlaceInCell> place = place_in_cell(corners, x)) {
@@ -229,8 +247,7 @@ bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double
             const double out = std::max({-xi[0], xi[0] - 1, -xi[1], xi[1] - 1, -xi[2], xi[2] - 1});
             if (out < beside) {
                 beside = out;
-                best = place;
-                cell = candidate;
+                found = {cell, *place};
             }
         }
     };
@@ -238,34 +255,42 @@ bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double
         look(node.cell);
     }
     for (std::uint32_t i = node.begin; i < node.end && beside > 0; ++i) {
-        if (side.candidates[i] != node.cell) {
-            look(side.candidates[i]);
+        const Candidate& candidate = side.candidates[i];
+        if (candidate.distance - near > travelled) {
+            clear = std::min(clear, candidate.distance - near);
+        } else if (candidate.cell != node.cell) {
+            look(candidate.cell);
         }
     }
-    // Out by the face that it came in by: of one that touches already, as it was; of one that does not, what it has
-    // passed in this step, the faster the better. Else by the nearest.
-    double least = std::numeric_limits<double>::infinity();
-    if (best) {
-        const Point normal_before = node.normal;
-        const Point velocity =
-            plus(side.body->speed(node.node), -1,
-                 BodyPoint<T>{side.other, other.cells.corners[cell], trilinear_weights(best->xi), 8}.speed());
-        double most = 0;
+    node.clear = static_cast<float>(clear);
+    return found;
+}
+
+/// Out by the face that it came in by: of a node that touches already, as it was; of one that does not, what it has
+/// passed in this step, the faster the better. Else by the nearest.
+template <class T>
+bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double time_step, double travelled) const {
+    const BodyCells& cells = side.other->cells;
+    const auto [cell, place] = cell_at(side, node, x, travelled);
+    double most = 0, least = std::numeric_limits<double>::infinity();
+    if (cell != kNone) {
+        const BodyPoint<T> there{side.other, cells.corners[cell], trilinear_weights(place.xi), 8};
+        const Point velocity = plus(side.body->speed(node.node), -1, there.speed()), before = node.normal;
         for (std::size_t face = 0; face < 6; ++face) {
-            const std::uint8_t layers = other.cells.layers[cell][face];
+            const std::uint8_t layers = cells.layers[cell][face];
             if (layers == BodyCells::kDeep) {
                 continue;
             }
             const std::size_t a = face / 2;
-            const Point slope = {best->gradient[3 * a], best->gradient[3 * a + 1], best->gradient[3 * a + 2]};
+            const Point slope = {place.gradient[3 * a], place.gradient[3 * a + 1], place.gradient[3 * a + 2]};
             const double per_m = length(slope), sign = face & 1 ? 1 : -1;
-            const double depth = (layers + (face & 1 ? 1 - best->xi[a] : best->xi[a])) / per_m;
+            const double depth = (layers + (face & 1 ? 1 - place.xi[a] : place.xi[a])) / per_m;
             const Point normal = plus({}, sign / per_m, slope);
-            const double inwards = -dot(normal, velocity), kept = dot(normal, normal_before);
+            const double inwards = -dot(normal, velocity), kept = dot(normal, before);
             double by_it = 0; // how much says that it came in there
             if (depth < 0) {  // it is outside
                 by_it = std::numeric_limits<double>::infinity();
-            } else if (depth < other.cells.edge) {
+            } else if (depth < cells.edge) {
                 by_it = node.touches ? (kept > kTurned ? kept : 0) : (depth <= time_step * inwards ? inwards : 0);
             }
             if (by_it > most || (by_it == most && depth < least)) {
@@ -274,28 +299,24 @@ bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double
                 node.normal = normal;
             }
         }
+        node.weights = there.weights;
     }
     if (!(least < std::numeric_limits<double>::infinity())) {
-        node = Node{node.node, node.begin, node.end};
-        const double way = approach() * time_step; // it may double meanwhile
-        node.age = nearest > 0 && way > 0 ? std::min(kAsleep, static_cast<int>(std::min(nearest / (2 * way), 1e3)))
-                                          : (nearest > 0 ? kAsleep : 0);
+        node = Node{node.node, node.begin, node.end, kNone, node.clear};
         return false;
     }
     node.cell = cell;
     node.age = 0;
     node.depth = least;
-    node.weights = trilinear_weights(best->xi);
     return true;
 }
 
 template <class T>
-void PairContact<T>::step(Side& side, double time_step, double gain) {
+void PairContact<T>::step(Side& side, double time_step, double gain, double travelled) {
     const double drift = kDrift * side.other->cells.edge;
     const double follows = time_step / (spec_.friction_delay + time_step);
     for (Node& node : side.nodes) {
-        if (node.cell == kNone && node.age > 0) {
-            --node.age;
+        if (node.cell == kNone && node.clear > travelled) {
             continue;
         }
         const Point x = side.body->position(node.node);
@@ -311,7 +332,7 @@ void PairContact<T>::step(Side& side, double time_step, double gain) {
         }
         if (node.cell == kNone || ++node.age > kSame || dot(offset, offset) > drift * drift) {
             node.slip = plus(node.slip, 1, offset);
-            if (!locate(side, node, x, time_step)) {
+            if (!locate(side, node, x, time_step, travelled)) {
                 continue;
             }
             take_place();
@@ -367,12 +388,12 @@ void PairContact<T>::step(Side& side, double time_step, double gain) {
 }
 
 template <class T>
-void PairContact<T>::step(double time_step, double gain) {
+void PairContact<T>::step(double time_step, double gain, double since) {
     reading_.force = {0, 0, 0};
     reading_.nodes = 0;
     reading_.depth = 0;
     for (Side& side : sides_) {
-        step(side, time_step, gain);
+        step(side, time_step, gain, travelled_ + since);
     }
 }
 

@@ -59,7 +59,10 @@ struct WorldBody {
     std::vector<double> inverse_mass; ///< 1/kg by node; 0 where it has no cell any more
     std::vector<std::uint8_t> held;   ///< by node: axes that are prescribed, as bits; empty where none is
     BodyCells cells;
-    Bounds box, speeds; ///< of the surface, m and m/s, at the last look
+    // At the last look:
+    Bounds box, speeds;             ///< of the surface, m and m/s
+    std::vector<Point> places;      ///< m, of the surface's nodes
+    std::vector<Bounds> cell_boxes; ///< of the outer cells, where they have been asked for
 
     Point position(std::uint32_t node) const { return plus(rest[node], length_unit, read(displacement, node)); }
     Point speed(std::uint32_t node) const { return plus({}, length_unit, read(velocity, node)); }
@@ -76,8 +79,9 @@ struct WorldBody {
             displacement[a].first[i * displacement[a].stride] += static_cast<T>(time_step * gain);
         }
     }
-    /// Finds box and speeds.
+    /// Finds box, speeds and places.
     void look();
+    void find_cell_boxes();
 
 private:
     Point read(const std::array<Component<T>, 3>& field, std::uint32_t node) const {
@@ -147,18 +151,20 @@ public:
     bool near() const { return !sides_[0].nodes.empty() || !sides_[1].nodes.empty(); }
     /// m/s at most at which a node and a cell come nearer, by the bodies' speeds at the last look.
     double approach() const;
-    /// The bodies have had `way` to come nearer, m. Returns whether what may be met must be found anew.
-    bool spend(double way) {
-        reach_ -= way;
-        return !(reach_ > 0);
-    }
-    /// m that the bodies may still come nearer before.
-    double reach() const { return reach_; }
-    /// Finds what nodes may meet, for a while in which the bodies come nearer by `way` at least, where they are near at
-    /// all. After a look at the bodies.
-    void find(double way);
+    /// m by which the bodies are apart, at the last look; below zero where they may touch.
+    double gap() const;
+    /// The bodies have had `way` to come nearer, m.
+    void spend(double way) { travelled_ += way; }
+    /// m that the bodies may still come nearer before what they may meet must be found anew.
+    double reach() const { return reach_ - travelled_; }
+    /// How far to look, to have some steps of `way` m each.
+    double margin(double way) const;
+    /// Finds what nodes may meet while the bodies come nearer by the margin. After a look at the bodies; where gap() is
+    /// below the margin, they must have their cells' boxes.
+    void find(double margin);
     /// Ends a step. `gain`: of velocity by acceleration.
-    void step(double time_step, double gain);
+    /// `since`: m that they may have come nearer since the last look.
+    void step(double time_step, double gain, double since);
     /// The bodies have been set, or cut, from outside.
     void forget();
     const BodyContactReading& reading() const { return reading_; }
@@ -169,7 +175,8 @@ private:
         std::uint32_t node;
         std::uint32_t begin, end;           ///< of its candidates
         std::uint32_t cell = kNone;         ///< where it was found last
-        int age = 0;                        ///< steps since; or steps until it is looked at again
+        float clear = 0;                    ///< m that the bodies travel before it meets one
+        int age = 0;                        ///< steps since it was found
         std::array<double, 8> weights = {}; ///< of that cell's corners, where it was found
         Point normal = {0, 0, 0};           ///< the way out, then
         bool touches = false;               ///< in the last step
@@ -177,31 +184,41 @@ private:
         double push = 0;                    ///< N, mean of the force with a delay, for friction
         Point slip = {0, 0, 0}; ///< m, of a node that sticks, from where it was found: what friction holds by
     };
+    /// A cell that a node may meet.
+    struct Candidate {
+        std::uint32_t cell;
+        float distance; ///< m, along an axis at least, when it was found
+    };
     struct Side {
         WorldBody<T>* body;  ///< whose nodes
         WorldBody<T>* other; ///< whose cells
         double sign;         ///< of its forces in the reading
         std::vector<Node> nodes;
-        std::vector<std::uint32_t> candidates; ///< cells of the other, ascending for each node
+        std::vector<Candidate> candidates; ///< ascending for each node
     };
 
     static constexpr std::uint32_t kNone = 0xffffffff;
     static constexpr int kSame = 8;        ///< steps at most in which a node keeps its place in a cell
     static constexpr double kDrift = 0.02; ///< of a cell's edge, likewise
     static constexpr double kBeside = 0.1; ///< of a cell: a node beside it is still followed
-    static constexpr int kAsleep = 8;      ///< steps at most in which a node far from cells is not looked at
 
     /// Cosine of what a face may turn by while a node touches it.
     static constexpr double kTurned = 0.7;
 
-    void find(Side& side, double reach) const;
-    void step(Side& side, double time_step, double gain);
-    /// Finds the node's cell and place; false where it is in none.
-    bool locate(const Side& side, Node& node, const Point& x, double time_step) const;
+    void find(Side& side, double margin) const;
+    void step(Side& side, double time_step, double gain, double travelled);
+    struct Found {
+        std::uint32_t cell = kNone;
+        PlaceInCell place = {};
+    };
+    Found cell_at(const Side& side, Node& node, const Point& x, double travelled) const;
+    /// Finds the node's cell and place, and the way out; false where it is in none.
+    bool locate(const Side& side, Node& node, const Point& x, double time_step, double travelled) const;
 
     BodyContact spec_;
     std::array<Side, 2> sides_; ///< the second without nodes where a body touches itself
-    double reach_ = 0;
+    double reach_ = 0;          ///< m that what was found last is good for
+    double travelled_ = 0;      ///< m since then, up to the last look
     BodyContactReading reading_;
 };
 

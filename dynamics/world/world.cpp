@@ -191,19 +191,29 @@ void World<T>::Implementation::look(double time_step) {
     }
     threads.run(bodies.size(), [&](std::size_t b) { bodies[b].nodes->look(); });
     std::vector<std::size_t> stale;
+    std::vector<bool> meets(bodies.size(), false);
     for (std::size_t p = 0; p < pairs.size(); ++p) {
         PairContact<T>& pair = pairs[p];
         const double before = since_look > 0 ? approach[p] : 0;
         approach[p] = pair.approach();
-        // At least one step must be safe.
-        if (pair.spend(kGrowth * since_look * std::max(before, approach[p])) ||
-            pair.reach() < kGrowth * time_step * approach[p]) {
+        pair.spend(kGrowth * since_look * std::max(before, approach[p]));
+        const double way = kGrowth * time_step * approach[p];
+        if (!(pair.reach() > way)) { // at least one step must be safe
             stale.push_back(p);
+            if (pair.gap() <= pair.margin(way)) {
+                meets[pair.spec().first] = meets[pair.spec().second] = true;
+            }
         }
     }
-    constexpr double kStepsOfALook = 4;
-    threads.run(stale.size(),
-                [&](std::size_t i) { pairs[stale[i]].find(kStepsOfALook * kGrowth * time_step * approach[stale[i]]); });
+    threads.run(bodies.size(), [&](std::size_t b) {
+        if (meets[b]) {
+            bodies[b].nodes->find_cell_boxes();
+        }
+    });
+    threads.run(stale.size(), [&](std::size_t i) {
+        PairContact<T>& pair = pairs[stale[i]];
+        pair.find(pair.margin(kGrowth * time_step * approach[stale[i]]));
+    });
     until_look = kStepsBetweenLooks;
     colours.clear();
     std::vector<std::vector<bool>> taken; // by colour and body
@@ -473,7 +483,10 @@ void World<T>::step(const StepParameters& parameters, long count) {
         const long steps = !alone ? 1 : i.pairs.empty() ? count : std::min(count, i.until_look);
         i.step_bodies(parameters, steps);
         for (const std::vector<std::size_t>& colour : i.colours) {
-            i.threads.run(colour.size(), [&](std::size_t p) { i.pairs[colour[p]].step(time_step, gain); });
+            i.threads.run(colour.size(), [&](std::size_t p) {
+                PairContact<T>& pair = i.pairs[colour[p]];
+                pair.step(time_step, gain, kGrowth * (i.since_look + time_step) * pair.approach());
+            });
         }
         for (auto& tie : i.ties) {
             if (tie.there) {
