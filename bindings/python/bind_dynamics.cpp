@@ -1,14 +1,20 @@
 #include "bindings.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/world.hpp"
 
 #include <pybind11/stl.h>
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -22,18 +28,47 @@ class Dynamics {
 public:
     Dynamics(const Lattice& lattice, const Material& material, const py::object& dtype, const PlanOptions& options) {
         if (is_double(dtype)) {
-            body_ = std::make_unique<ExplicitDynamics<double>>(lattice, material, options);
+            body_ = std::make_shared<ExplicitDynamics<double>>(lattice, material, options);
         } else {
-            body_ = std::make_unique<ExplicitDynamics<float>>(lattice, material, options);
+            body_ = std::make_shared<ExplicitDynamics<float>>(lattice, material, options);
         }
     }
+    /// One that lives as long as this does, or elsewhere.
+    template <class T>
+    explicit Dynamics(std::shared_ptr<ExplicitDynamics<T>> body) : body_(std::move(body)) {}
     template <class Visit>
     auto visit(const Visit& visit) const {
         return std::visit([&](const auto& body) { return visit(*body); }, body_);
     }
 
 private:
-    std::variant<std::unique_ptr<ExplicitDynamics<float>>, std::unique_ptr<ExplicitDynamics<double>>> body_;
+    std::variant<std::shared_ptr<ExplicitDynamics<float>>, std::shared_ptr<ExplicitDynamics<double>>> body_;
+};
+
+class PythonWorld {
+public:
+    PythonWorld(const py::object& dtype, int threads) {
+        if (is_double(dtype)) {
+            world_ = std::make_shared<World<double>>(threads);
+        } else {
+            world_ = std::make_shared<World<float>>(threads);
+        }
+    }
+    template <class Visit>
+    auto visit(const Visit& visit) const {
+        return std::visit([&](const auto& world) { return visit(*world); }, world_);
+    }
+    /// A body that keeps its world alive.
+    Dynamics body(std::size_t number) const {
+        return std::visit(
+            [number]<class T>(const std::shared_ptr<World<T>>& world) {
+                return Dynamics(std::shared_ptr<ExplicitDynamics<T>>(world, &world->body(number)));
+            },
+            world_);
+    }
+
+private:
+    std::variant<std::shared_ptr<World<float>>, std::shared_ptr<World<double>>> world_;
 };
 
 /// A property that reads into a new array and writes from any.
@@ -79,7 +114,9 @@ void load(Dynamics& dynamics, const std::vector<std::uint32_t>& nodes, const Vec
     dynamics.visit([&](auto& body) { body.load(loads); });
 }
 
-void step(Dynamics& dynamics, double time_step, long count, const Vector3& acceleration, double mass_damping,
+/// Of a body or a world.
+template <class Moving>
+void step(Moving& moving, double time_step, long count, const Vector3& acceleration, double mass_damping,
           const std::string& integrator) {
     if (integrator != "symplectic-euler" && integrator != "leapfrog") {
         throw std::invalid_argument("integrator = \"" + integrator +
@@ -87,7 +124,189 @@ void step(Dynamics& dynamics, double time_step, long count, const Vector3& accel
     }
     const Integrator by = integrator == "leapfrog" ? Integrator::leapfrog : Integrator::symplectic_euler;
     const py::gil_scoped_release released;
-    dynamics.visit([&](auto& body) { body.step({time_step, acceleration, mass_damping, by}, count); });
+    moving.visit([&](auto& body) { body.step({time_step, acceleration, mass_damping, by}, count); });
+}
+
+py::dict to_dict(const BodyContactReading& reading) {
+    py::dict out;
+    out["force"] = reading.force;
+    out["nodes"] = reading.nodes;
+    out["depth"] = reading.depth;
+    out["greatest_depth"] = reading.greatest_depth;
+    out["impulse"] = reading.impulse;
+    return out;
+}
+
+py::dict to_dict(const ObstacleReading& reading) {
+    py::dict out;
+    out["force"] = reading.force;
+    out["torque"] = reading.torque;
+    out["nodes"] = reading.nodes;
+    out["depth"] = reading.depth;
+    out["greatest_depth"] = reading.greatest_depth;
+    out["energy"] = reading.energy;
+    out["dissipated"] = reading.dissipated;
+    out["impulse"] = reading.impulse;
+    out["angular_impulse"] = reading.angular_impulse;
+    return out;
+}
+
+template <class Reading>
+py::list to_list(const std::vector<Reading>& readings) {
+    py::list out;
+    for (const Reading& reading : readings) {
+        out.append(to_dict(reading));
+    }
+    return out;
+}
+
+void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
+    py::class_<Obstacle> obstacle(module, "Obstacle", "A rigid plane, sphere or box that bodies touch.");
+    obstacle.def_static(
+        "plane",
+        [](const Vector3& normal, const Vector3& position, double friction) {
+            return Obstacle{.shape = PlaneShape{normal}, .pose = {.position = position}, .friction = friction};
+        },
+        py::arg("normal"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0);
+    obstacle.def_static(
+        "sphere",
+        [](double radius, const Vector3& position, double friction) {
+            return Obstacle{.shape = SphereShape{radius}, .pose = {.position = position}, .friction = friction};
+        },
+        py::arg("radius"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0);
+    obstacle.def_static(
+        "box",
+        [](const Vector3& size, const Vector3& position, double friction) {
+            return Obstacle{.shape = BoxShape{size}, .pose = {.position = position}, .friction = friction};
+        },
+        py::arg("size"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0);
+    const auto member = [&obstacle](const char* name, auto RigidPose::*field, const char* words) {
+        obstacle.def_property(
+            name, [field](const Obstacle& o) { return o.pose.*field; },
+            [field](Obstacle& o, const std::decay_t<decltype(RigidPose{}.*field)>& value) { o.pose.*field = value; },
+            words);
+    };
+    member("position", &RigidPose::position, "m");
+    member("rotation", &RigidPose::rotation, "Row by row: from the obstacle's axes to space.");
+    member("velocity", &RigidPose::velocity, "m/s");
+    member("angular_velocity", &RigidPose::angular_velocity, "rad/s");
+    obstacle.def_readwrite("friction", &Obstacle::friction, "Coulomb's coefficient.");
+    obstacle.def_readwrite("stiffness", &Obstacle::stiffness, "1/s^2: per kg of a node; 0: by the body's own.");
+    type.def(
+        "set_obstacles",
+        [](Dynamics& dynamics, const Lattice& lattice, const std::vector<Obstacle>& obstacles, const Vector3& origin) {
+            dynamics.visit([&](auto& body) { body.set_obstacles(surface_nodes(lattice, origin), obstacles); });
+        },
+        py::arg("lattice"), py::arg("obstacles"), py::arg("origin") = Vector3{0, 0, 0},
+        "Replaces the obstacles that the surface of `lattice`, the body's own, touches.");
+    type.def(
+        "move_obstacles",
+        [](Dynamics& dynamics, const std::vector<Obstacle>& obstacles) {
+            std::vector<RigidPose> poses;
+            for (const Obstacle& obstacle : obstacles) {
+                poses.push_back(obstacle.pose);
+            }
+            dynamics.visit([&](auto& body) { body.move_obstacles(poses); });
+        },
+        py::arg("obstacles"), "Sets where they are now, and their velocities; what friction holds is kept.");
+    type.def_property_readonly("obstacle_readings", [](const Dynamics& dynamics) {
+        return dynamics.visit([](const auto& body) { return to_list(body.obstacle_readings()); });
+    });
+    type.def(
+        "remove_cells",
+        [](Dynamics& dynamics, Lattice& lattice, const std::vector<std::uint32_t>& cells) {
+            return dynamics.visit([&](auto& body) { return body.remove_cells(lattice, cells); });
+        },
+        py::arg("lattice"), py::arg("cells"), "Removes cells, by their indices, from the body and from its lattice.");
+}
+
+void bind_world(py::module_& module) {
+    py::class_<PythonWorld> type(module, "World",
+                                 "Bodies that touch each other and themselves, and are tied to each other.");
+    type.def(py::init<const py::object&, int>(), py::arg("dtype") = "float64", py::kw_only(), py::arg("threads") = 0);
+    type.def(
+        "add",
+        [](PythonWorld& world, const Lattice& lattice, const Material& material, const Vector3& origin) {
+            return world.visit([&]<class T>(World<T>& made) {
+                return made.add(ExplicitDynamics<T>(lattice, material), lattice, origin);
+            });
+        },
+        py::arg("lattice"), py::arg("material"), py::arg("origin") = Vector3{0, 0, 0},
+        "Adds a body whose grid has its low corner at `origin` (m); returns its number.");
+    type.def("__len__",
+             [](const PythonWorld& world) { return world.visit([](auto& made) { return made.body_count(); }); });
+    type.def(
+        "__getitem__",
+        [](const PythonWorld& world, std::size_t body) {
+            try {
+                return world.body(body);
+            } catch (const std::out_of_range& e) {
+                throw py::index_error(e.what());
+            }
+        },
+        "A body, to hold, load, read and set it by.");
+    type.def(
+        "place",
+        [](PythonWorld& world, std::size_t body, const Vector3& position, const std::array<double, 9>& rotation,
+           const Vector3& velocity, const Vector3& angular_velocity) {
+            world.visit([&](auto& made) { made.place(body, {position, rotation, velocity, angular_velocity}); });
+        },
+        py::arg("body"), py::arg("position") = Vector3{0, 0, 0}, py::arg("rotation") = RigidPose{}.rotation,
+        py::arg("velocity") = Vector3{0, 0, 0}, py::arg("angular_velocity") = Vector3{0, 0, 0},
+        "Puts a body as it is at rest to position + rotation X, where it was at X.");
+    type.def(
+        "touch",
+        [](PythonWorld& world, const std::vector<std::pair<std::size_t, std::size_t>>& pairs, double friction) {
+            std::vector<BodyContact> contacts;
+            for (const auto& [first, second] : pairs) {
+                contacts.push_back({.first = first, .second = second, .friction = friction});
+            }
+            world.visit([&](auto& made) { made.set_contacts(contacts); });
+        },
+        py::arg("pairs"), py::arg("friction") = 0.0,
+        "These pairs of bodies touch, and no others; a body beside itself touches itself.");
+    type.def_property_readonly("contact_readings", [](const PythonWorld& world) {
+        return world.visit([](auto& made) { return to_list(made.contact_readings()); });
+    });
+    type.def(
+        "attach",
+        [](PythonWorld& world, const std::optional<std::size_t>& body, const Vector3& point,
+           const std::optional<std::size_t>& to_body, const std::optional<Vector3>& to_point, double stiffness) {
+            return world.visit([&](auto& made) {
+                return made.attach({{body, point}, {to_body, to_point.value_or(point)}, stiffness});
+            });
+        },
+        py::arg("body"), py::arg("point"), py::arg("to_body") = py::none(), py::arg("to_point") = py::none(),
+        py::arg("stiffness") = std::numeric_limits<double>::infinity(),
+        "Ties a point of a body at rest to one of another, or to one in space; stiffness in N/m. Returns its number.");
+    type.def(
+        "move_anchor",
+        [](PythonWorld& world, std::size_t attachment, const Vector3& point) {
+            world.visit([&](auto& made) { made.move_anchor(attachment, point); });
+        },
+        py::arg("attachment"), py::arg("point"));
+    type.def(
+        "attachment_force",
+        [](const PythonWorld& world, std::size_t attachment) {
+            return world.visit([&](auto& made) { return made.attachment_force(attachment); });
+        },
+        py::arg("attachment"), "N, on the body that it was attached to first.");
+    type.def(
+        "detach",
+        [](PythonWorld& world, std::size_t attachment) { world.visit([&](auto& made) { made.detach(attachment); }); },
+        py::arg("attachment"));
+    type.def(
+        "remove_cells",
+        [](PythonWorld& world, std::size_t body, Lattice& lattice, const std::vector<std::uint32_t>& cells) {
+            return world.visit([&](auto& made) { return made.remove_cells(body, lattice, cells); });
+        },
+        py::arg("body"), py::arg("lattice"), py::arg("cells"));
+    type.def("step", &step<PythonWorld>, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),
+             py::arg("acceleration") = Vector3{0, 0, 0}, py::arg("mass_damping") = 0.0,
+             py::arg("integrator") = "symplectic-euler", "As ExplicitDynamics.step, all bodies together.");
+    type.def_property_readonly("critical_time_step", [](const PythonWorld& world) {
+        return world.visit([](auto& made) { return made.critical_time_step(); });
+    });
 }
 
 } // namespace
@@ -116,7 +335,7 @@ void bind_dynamics(py::module_& module) {
         "Damps all springs along themselves from now on: a dashpot of stiffness_damping (s) times its stiffness each.");
     type.def("load", &load, py::arg("nodes"), py::arg("force"),
              "Pulls each of these nodes with the force (N), no others.");
-    type.def("step", &step, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),
+    type.def("step", &step<Dynamics>, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),
              py::arg("acceleration") = Vector3{0, 0, 0}, py::arg("mass_damping") = 0.0,
              py::arg("integrator") = "symplectic-euler",
              "Takes steps of time_step (s). acceleration: gravity, m/s^2; mass_damping: 1/s; integrator: "
@@ -165,6 +384,8 @@ void bind_dynamics(py::module_& module) {
     type.def("__str__", [](const Dynamics& dynamics) {
         return dynamics.visit([](const auto& body) { return to_string(body.describe()); });
     });
+    bind_obstacles(module, type);
+    bind_world(module);
 }
 
 } // namespace hybmss::python

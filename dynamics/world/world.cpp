@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -58,7 +59,7 @@ struct World<T>::Implementation {
     };
 
     SharedOut threads;
-    std::vector<Body> bodies;
+    std::deque<Body> bodies; ///< where they are added they stay
     std::vector<PairContact<T>> pairs;
     std::vector<std::vector<std::size_t>> colours; ///< pairs that are near, in lists in which no body comes twice
     std::vector<Tie> ties;

@@ -8,6 +8,7 @@
 #include "hybmss/record.hpp"
 #include "hybmss/task_runner.hpp"
 #include "hybmss/version.hpp"
+#include "hybmss/world.hpp"
 
 #include <array>
 #include <cstdio>
@@ -166,6 +167,34 @@ void precision() {
     check(u[0] == 0.0f, "at rest");
 }
 
+void world() {
+    // [world]
+    const Lattice slab = Lattice::box(10, 3, 10, 0.02), ball = Lattice::box(4, 4, 4, 0.02);
+    const Material soft{.young_modulus = 1e5, .poisson_ratio = 0.45};
+    World<float> world;
+    const std::size_t low = world.add(ExplicitDynamics<float>(slab, soft), slab),
+                      high = world.add(ExplicitDynamics<float>(ball, soft), ball, {0.06, 0.07, 0.06});
+    world.set_contacts(std::array{BodyContact{.first = low, .second = high, .friction = 0.5},
+                                  BodyContact{.first = high, .second = high}}); // it may fold onto itself
+    world.body(low).set_obstacles(surface_nodes(slab), std::array{Obstacle{.shape = PlaneShape{}, .friction = 0.5}});
+
+    // A pointer takes the middle of its top, and pulls it up by a spring: stable however stiff it is.
+    const std::array<double, 3> top = {0.1, 0.15, 0.1};
+    const std::size_t pointer = world.attach({.from = {high, top}, .to = {{}, top}, .stiffness = 500});
+    const double step = 0.7 * world.critical_time_step();
+    const long steps = 1 + static_cast<long>(1.0 / 60 / step);
+    for (int frame = 0; frame < 60; ++frame) {
+        world.move_anchor(pointer, {top[0], top[1] + 0.002 * frame, top[2]});
+        world.step({.time_step = 1.0 / 60 / static_cast<double>(steps), .acceleration = {0, -9.81, 0}}, steps);
+    }
+    const std::array<double, 3> pull = world.attachment_force(pointer); // N, for a haptic device
+    world.detach(pointer);                                              // and it falls
+    world.step({.time_step = step, .acceleration = {0, -9.81, 0}, .mass_damping = 2}, 3000);
+    const BodyContactReading touch = world.contact_readings()[0]; // forces now, depths, the impulse so far
+    // [/world]
+    check(pull[1] > 2 && touch.nodes > 0 && world.body(high).finite(), "the cube is lifted, and falls onto the slab");
+}
+
 void obstacles() {
     // [obstacles]
     const Lattice lattice = Lattice::box(8, 8, 8, 0.1);
@@ -249,6 +278,7 @@ int main() {
         determinism();
         precision();
         obstacles();
+        world();
         records();
         versions();
     } catch (const std::exception& error) {

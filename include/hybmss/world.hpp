@@ -83,8 +83,8 @@ public:
     std::size_t add(ExplicitDynamics<T> body, const Lattice& lattice, const std::array<double, 3>& origin = {0, 0, 0});
     std::size_t add(ExplicitDynamics<T> body, const Network& network);
     std::size_t body_count() const;
-    /// To hold, load, read and set it by. Cells are removed by the world's own remove_cells(). Throws std::out_of_range
-    /// for a body that is not there, as all that follow do.
+    /// To hold, load, read and set it by, where it stays while the world lives. Cells are removed by the world's own
+    /// remove_cells(). Throws std::out_of_range for a body that is not there, as all that follow do.
     ExplicitDynamics<T>& body(std::size_t body);
     const ExplicitDynamics<T>& body(std::size_t body) const;
 

@@ -221,6 +221,44 @@ def test_motion():
         hybmss.ExplicitDynamics(BOX, MATERIAL).prescribe([0], "w")
 
 
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_world(dtype):
+    world = hybmss.World(dtype, threads=1)
+    cube = hybmss.Lattice.box(3, 3, 3, 0.1)
+    firm = hybmss.Material(young_modulus=1e6, poisson_ratio=0.3)
+    lower, upper = world.add(cube, firm), world.add(cube, firm, (0.02, 0.3, 0.02))
+    assert len(world) == 2
+    ground = hybmss.Obstacle.plane((0, 1, 0), friction=0.5)
+    world[lower].set_obstacles(cube, [ground])
+    world.touch([(lower, upper)], friction=0.5)
+    step = 0.5 * world.critical_time_step
+    world.step(step, 6000, acceleration=(0, -10, 0), mass_damping=20)
+    weight = 10 * world[upper].masses.sum()
+    assert world.contact_readings[0]["force"][1] == pytest.approx(-weight, rel=1e-3)
+    assert world[lower].obstacle_readings[0]["force"][1] == pytest.approx(2 * weight, rel=1e-3)
+
+    pointer = world.attach(upper, (0.32, 0.6, 0.32), stiffness=1e5)  # a corner, dragged up
+    for frame in range(60):
+        world.move_anchor(pointer, (0.32, 0.6 + 0.005 * frame, 0.32))
+        world.step(step, 20, acceleration=(0, -10, 0), mass_damping=20)
+    assert world[upper].displacements[-1, 1] > 0.25
+    assert world[upper].finite
+    assert world.attachment_force(pointer)[1] > 0.5 * weight
+    world.detach(pointer)
+    world.place(upper, position=(0, 1, 0), velocity=(1, 0, 0))
+    assert np.allclose(world[upper].velocities, (1, 0, 0))
+    cells = hybmss.Lattice.box(3, 3, 3, 0.1)
+    assert world.remove_cells(lower, cells, [0, 1]) == 2
+    assert cells.cell_count == 25
+    with pytest.raises(IndexError, match="body 2 is not there: the world has 2"):
+        world[2]
+    with pytest.raises(ValueError, match="contact 0: body 5 is not there"):
+        world.touch([(0, 5)])
+    body = world[upper]
+    del world  # lives on in its body
+    assert np.allclose(body.velocities, (1, 0, 0))
+
+
 def test_scene_in_steps():
     simulation = hybmss.Simulation(str(SOURCE / "examples/scenes/beam.toml"), precision="float")
     simulation.step(10)
