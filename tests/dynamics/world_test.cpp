@@ -63,7 +63,6 @@ Vector mean(const ExplicitDynamics<T>& body, bool velocities) {
 
 template <class T>
 std::uint64_t bits(World<T>& world) {
-    Digest digest;
     std::uint64_t hash = 0;
     for (std::size_t b = 0; b < world.body_count(); ++b) {
         for (const bool velocities : {false, true}) {
