@@ -134,7 +134,7 @@ void ExplicitDynamics<T>::prescribe(std::span<const PrescribedNode> nodes) {
         effect->set_prescribed(implementation_->prescribed);
     }
     hybmss::set_prescribed<T>(implementation_->state, implementation_->prescribed);
-    ++implementation_->settings;
+    ++implementation_->holds;
 }
 
 template <class T>

@@ -102,7 +102,7 @@ struct ExplicitDynamics<T>::Implementation {
     std::vector<LoadedComponent<T>> loaded;
     std::vector<NodalLoad> loads;   ///< that `loaded` comes from
     long steps = 0;                 ///< taken
-    long settings = 0;              ///< of the state or of prescribed nodes, so far
+    long settings = 0, holds = 0;   ///< of the state, and of prescribed nodes, so far
     mutable long looked_at = 0;     ///< the count of steps at the last look at the state; -1: never since it was set
     mutable long not_finite_at = 0; ///< that of the first look that found it not finite, or 0
     std::optional<NodeNumbers> numbers;  ///< from the first cut on

@@ -203,8 +203,9 @@ void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
         "move_obstacles",
         [](Dynamics& dynamics, const std::vector<Obstacle>& obstacles) {
             std::vector<RigidPose> poses;
-            for (const Obstacle& obstacle : obstacles) {
-                poses.push_back(obstacle.pose);
+            poses.reserve(obstacles.size());
+            for (const Obstacle& moved : obstacles) {
+                poses.push_back(moved.pose);
             }
             dynamics.visit([&](auto& body) { body.move_obstacles(poses); });
         },

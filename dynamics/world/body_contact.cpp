@@ -124,6 +124,16 @@ double PairContact<T>::approach() const {
 }
 
 template <class T>
+void PairContact<T>::look_again() {
+    reach_ = 0;
+    for (Side& side : sides_) {
+        for (Node& node : side.nodes) {
+            node.age = kSame;
+        }
+    }
+}
+
+template <class T>
 void PairContact<T>::forget() {
     reach_ = 0;
     for (Side& side : sides_) {
@@ -266,12 +276,71 @@ auto PairContact<T>::cell_at(const Side& side, Node& node, const Point& x, doubl
     return found;
 }
 
+template <class T>
+void PairContact<T>::take_place(const Side& side, Node& node, const std::array<double, 8>& weights) const {
+    node.rest = node.mobility = {0, 0, 0};
+    for (std::size_t c = 0; c < 9; ++c) {
+        const bool own = c == 8;
+        const WorldBody<T>& body = own ? *side.body : *side.other;
+        const std::uint32_t n = own ? node.node : body.cells.corners[node.cell][c];
+        const double weight = own ? -1 : weights[c];
+        node.index[c] = body.index[n];
+        node.held[c] = body.held.empty() ? 0 : body.held[n];
+        node.weights[c] = static_cast<T>(weight);
+        node.gains[c] = static_cast<T>(weight * body.inverse_mass[n] / body.length_unit);
+        node.rest = plus(node.rest, -weight, body.rest[n]);
+        for (std::size_t a = 0; a < 3; ++a) {
+            node.mobility[a] += weight * weight * body.mobility(n, a);
+        }
+    }
+}
+
+// Inlined, as push() is: it is what nodes that touch take most of their time for.
+template <class T>
+[[gnu::always_inline]] inline Point PairContact<T>::offset(const Side& side, const Node& node) const {
+    const WorldBody<T>&body = *side.body, &other = *side.other;
+    Point out;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const Component<T>&u = other.displacement[a], &own = body.displacement[a];
+        double there = 0;
+        for (std::size_t c = 0; c < 8; ++c) {
+            there += static_cast<double>(node.weights[c]) *
+                     static_cast<double>(u.first[static_cast<std::ptrdiff_t>(node.index[c]) * u.stride]);
+        }
+        out[a] =
+            node.rest[a] - other.length_unit * there +
+            body.length_unit * static_cast<double>(own.first[static_cast<std::ptrdiff_t>(node.index[8]) * own.stride]);
+    }
+    return out;
+}
+
+namespace {
+
+/// Changes the motion of some nodes of a body, by what they gain of speed along an axis by an impulse.
+template <class T>
+[[gnu::always_inline]] inline void push(const WorldBody<T>& body, std::span<const std::uint32_t> index,
+                                        std::span<const T> gains, std::span<const std::uint8_t> held,
+                                        const Point& impulse, double time_step) {
+    for (std::size_t a = 0; a < 3; ++a) {
+        const Component<T>&u = body.displacement[a], &v = body.velocity[a];
+        const T given = static_cast<T>(impulse[a]), moved = static_cast<T>(time_step * impulse[a]);
+        for (std::size_t c = 0; c < index.size(); ++c) {
+            const T gain = held[c] >> a & 1 ? T(0) : gains[c];
+            v.first[static_cast<std::ptrdiff_t>(index[c]) * v.stride] -= gain * given;
+            u.first[static_cast<std::ptrdiff_t>(index[c]) * u.stride] -= gain * moved;
+        }
+    }
+}
+
+} // namespace
+
 /// Out by the face that it came in by: of a node that touches already, as it was; of one that does not, what it has
 /// passed in this step, the faster the better. Else by the nearest.
 template <class T>
 bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double time_step, double travelled) const {
     const BodyCells& cells = side.other->cells;
     const auto [cell, place] = cell_at(side, node, x, travelled);
+    node.cell = cell;
     double most = 0, least = std::numeric_limits<double>::infinity();
     if (cell != kNone) {
         const BodyPoint<T> there{side.other, cells.corners[cell], trilinear_weights(place.xi), 8};
@@ -299,13 +368,12 @@ bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double
                 node.normal = normal;
             }
         }
-        node.weights = there.weights;
+        take_place(side, node, there.weights);
     }
     if (!(least < std::numeric_limits<double>::infinity())) {
         node = Node{node.node, node.begin, node.end, kNone, node.clear};
         return false;
     }
-    node.cell = cell;
     node.age = 0;
     node.depth = least;
     return true;
@@ -319,48 +387,33 @@ void PairContact<T>::step(Side& side, double time_step, double gain, double trav
         if (node.cell == kNone && node.clear > travelled) {
             continue;
         }
-        const Point x = side.body->position(node.node);
-        BodyPoint<T> there{side.other, {}, {}, 8};
-        Point offset = {0, 0, 0}; // from the point of the cell where it was found
-        const auto take_place = [&] {
-            there.nodes = side.other->cells.corners[node.cell];
-            there.weights = node.weights;
-            offset = plus(x, -1, there.position());
-        };
-        if (node.cell != kNone) {
-            take_place();
-        }
-        if (node.cell == kNone || ++node.age > kSame || dot(offset, offset) > drift * drift) {
-            node.slip = plus(node.slip, 1, offset);
-            if (!locate(side, node, x, time_step, travelled)) {
+        Point off = node.cell == kNone ? Point{0, 0, 0} : offset(side, node);
+        if (node.cell == kNone || ++node.age > kSame || dot(off, off) > drift * drift) {
+            node.slip = plus(node.slip, 1, off);
+            if (!locate(side, node, side.body->position(node.node), time_step, travelled)) {
                 continue;
             }
-            take_place();
+            off = offset(side, node);
         }
         const Point& n = node.normal;
-        const double depth = node.depth - dot(n, offset);
-        Point mobility = there.mobility();
-        for (std::size_t a = 0; a < 3; ++a) {
-            mobility[a] += side.body->mobility(node.node, a);
-        }
+        const double depth = node.depth - dot(n, off);
         // Of an impulse along a direction, what is gained of speed along it.
-        const auto along = [&](const Point& d) {
-            return d[0] * d[0] * mobility[0] + d[1] * d[1] * mobility[1] + d[2] * d[2] * mobility[2];
+        const auto along = [&node](const Point& d) {
+            return d[0] * d[0] * node.mobility[0] + d[1] * d[1] * node.mobility[1] + d[2] * d[2] * node.mobility[2];
         };
         const double yields = along(n);
-        if (!(depth > 0 && yields > 0)) {
-            node.touches = false;
+        node.touches = depth > 0 && yields > 0;
+        if (!node.touches) {
             node.push = 0;
-            node.slip = plus({}, -1, offset); // so that it begins anew
+            node.slip = plus({}, -1, off); // so that it begins anew
             continue;
         }
-        node.touches = true;
         const double stiffness = spec_.stiffness / yields; // N/m
-        const double push = stiffness * depth / (1 + stiffness * time_step * gain * yields);
-        Point force = plus({}, push, n);
+        const double press = stiffness * depth / (1 + stiffness * time_step * gain * yields);
+        Point force = plus({}, press, n);
         if (spec_.friction > 0) {
-            node.push += (push - node.push) * (node.push > 0 ? follows : 1);
-            Point slip = plus(node.slip, 1, offset);
+            node.push += (press - node.push) * (node.push > 0 ? follows : 1);
+            Point slip = plus(node.slip, 1, off);
             slip = plus(slip, -dot(slip, n), n);
             if (const double way = length(slip); way > 0) {
                 const Point back = plus({}, -1 / way, slip);
@@ -373,12 +426,15 @@ void PairContact<T>::step(Side& side, double time_step, double gain, double trav
                 }
                 force = plus(force, hold, back);
             }
-            node.slip = plus(slip, -1, offset);
+            node.slip = plus(slip, -1, off);
         }
         const Point impulse = plus({}, gain, force);
-        side.body->push(node.node, impulse, time_step);
-        there.push(plus({}, -1, impulse), time_step);
-        const double left = depth - time_step * gain * push * yields;
+        const std::span<const std::uint32_t> index = node.index;
+        const std::span<const T> gains = node.gains;
+        const std::span<const std::uint8_t> held = node.held;
+        push(*side.other, index.first(8), gains.first(8), held.first(8), impulse, time_step);
+        push(*side.body, index.last(1), gains.last(1), held.last(1), impulse, time_step);
+        const double left = depth - time_step * gain * press * yields;
         reading_.nodes += 1;
         reading_.depth = std::max(reading_.depth, left);
         reading_.greatest_depth = std::max(reading_.greatest_depth, left);

@@ -165,7 +165,9 @@ public:
     /// Ends a step. `gain`: of velocity by acceleration.
     /// `since`: m that they may have come nearer since the last look.
     void step(double time_step, double gain, double since);
-    /// The bodies have been set, or cut, from outside.
+    /// The bodies have been moved or held in another way from outside: what may be met is to be found anew.
+    void look_again();
+    /// They have been set or cut.
     void forget();
     const BodyContactReading& reading() const { return reading_; }
 
@@ -173,16 +175,21 @@ private:
     /// A node near the other body.
     struct Node {
         std::uint32_t node;
-        std::uint32_t begin, end;           ///< of its candidates
-        std::uint32_t cell = kNone;         ///< where it was found last
-        float clear = 0;                    ///< m that the bodies travel before it meets one
-        int age = 0;                        ///< steps since it was found
-        std::array<double, 8> weights = {}; ///< of that cell's corners, where it was found
-        Point normal = {0, 0, 0};           ///< the way out, then
-        bool touches = false;               ///< in the last step
-        double depth = 0;                   ///< m, then
-        double push = 0;                    ///< N, mean of the force with a delay, for friction
-        Point slip = {0, 0, 0}; ///< m, of a node that sticks, from where it was found: what friction holds by
+        std::uint32_t begin, end;                ///< of its candidates
+        std::uint32_t cell = kNone;              ///< where it was found last
+        float clear = 0;                         ///< m that the bodies travel before it meets one
+        int age = 0;                             ///< steps since it was found
+        bool touches = false;                    ///< in the last step
+        std::array<std::uint8_t, 9> held = {};   ///< axes that are, of the cell's corners and the node
+        std::array<std::uint32_t, 9> index = {}; ///< theirs
+        std::array<T, 9> weights = {};           ///< where it was found; the node's own is -1
+        std::array<T, 9> gains = {};             ///< of speed by its impulse, in units of length by kg m
+        Point rest = {0, 0, 0};                  ///< m: of the node less that point of the cell
+        Point mobility = {0, 0, 0}; ///< 1/kg along each axis, of the node and that point against each other
+        Point normal = {0, 0, 0};   ///< the way out, then
+        double depth = 0;           ///< m, then
+        double push = 0;            ///< N, mean of the force with a delay, for friction
+        Point slip = {0, 0, 0};     ///< m, of a node that sticks, from where it was found: what friction holds by
     };
     /// A cell that a node may meet.
     struct Candidate {
@@ -198,7 +205,7 @@ private:
     };
 
     static constexpr std::uint32_t kNone = 0xffffffff;
-    static constexpr int kSame = 8;        ///< steps at most in which a node keeps its place in a cell
+    static constexpr int kSame = 16;       ///< steps at most in which a node keeps its place in a cell
     static constexpr double kDrift = 0.02; ///< of a cell's edge, likewise
     static constexpr double kBeside = 0.1; ///< of a cell: a node beside it is still followed
 
@@ -212,6 +219,10 @@ private:
         PlaceInCell place = {};
     };
     Found cell_at(const Side& side, Node& node, const Point& x, double travelled) const;
+    /// m, of a node from the point of its cell where it was found.
+    Point offset(const Side& side, const Node& node) const;
+    /// Makes it known how an impulse at this place acts.
+    void take_place(const Side& side, Node& node, const std::array<double, 8>& weights) const;
     /// Finds the node's cell and place, and the way out; false where it is in none.
     bool locate(const Side& side, Node& node, const Point& x, double time_step, double travelled) const;
 

@@ -47,9 +47,9 @@ template <class T>
 struct World<T>::Implementation {
     struct Body {
         ExplicitDynamics<T> dynamics;
-        std::unique_ptr<WorldBody<T>> nodes; ///< pairs and attachments know where it is
-        std::optional<NodeNumbers> numbers;  ///< of a lattice
-        long steps = -1, settings = -1;      ///< of the body, when it was looked at last
+        std::unique_ptr<WorldBody<T>> nodes;        ///< pairs and attachments know where it is
+        std::optional<NodeNumbers> numbers;         ///< of a lattice
+        long steps = -1, settings = -1, holds = -1; ///< of the body, when it was looked at last
     };
     struct Tie {
         Attachment given;
@@ -107,10 +107,12 @@ struct World<T>::Implementation {
             nodes.inverse_mass.push_back(mass > 0 ? 1 / mass : 0);
         }
     }
-    void forget(std::size_t body) {
+    /// visit(pair) of all that the body is part of.
+    template <class Visit>
+    void disturb(std::size_t body, const Visit& visit) {
         for (PairContact<T>& pair : pairs) {
             if (pair.spec().first == body || pair.spec().second == body) {
-                pair.forget();
+                visit(pair);
             }
         }
         until_look = 0;
@@ -120,15 +122,17 @@ struct World<T>::Implementation {
         for (std::size_t b = 0; b < bodies.size(); ++b) {
             const auto& i = inside(b);
             Body& body = bodies[b];
-            if (body.settings != i.settings) {
+            if (body.holds != i.holds) {
                 std::vector<std::uint8_t>& held = body.nodes->held;
                 held.assign(i.prescribed.empty() ? 0 : body.nodes->rest.size(), 0);
                 for (const PrescribedComponent<T>& p : i.prescribed) {
                     held[p.node] |= static_cast<std::uint8_t>(1 << p.axis);
                 }
             }
-            if (body.settings != i.settings || body.steps != i.steps) {
-                forget(b);
+            if (body.settings != i.settings) {
+                disturb(b, [](PairContact<T>& pair) { pair.forget(); });
+            } else if (body.holds != i.holds || body.steps != i.steps) {
+                disturb(b, [](PairContact<T>& pair) { pair.look_again(); });
             }
         }
     }
@@ -362,7 +366,7 @@ std::size_t World<T>::remove_cells(std::size_t body, Lattice& lattice, std::span
     if (removed > 0) {
         cut.nodes->cells = BodyCells(cell_corners(lattice, *cut.numbers), cut.nodes->rest);
         i.weigh(body);
-        i.forget(body);
+        i.disturb(body, [](PairContact<T>& pair) { pair.forget(); });
     }
     return removed;
 }
@@ -501,6 +505,7 @@ void World<T>::step(const StepParameters& parameters, long count) {
     for (std::size_t b = 0; b < i.bodies.size(); ++b) {
         i.bodies[b].steps = i.inside(b).steps;
         i.bodies[b].settings = i.inside(b).settings;
+        i.bodies[b].holds = i.inside(b).holds;
     }
 }
 
