@@ -38,6 +38,8 @@ Table digit_benchmark(const RowChoices& choices);
 Table scaling_benchmark(const RowChoices& choices);
 /// 64 equal cubes of 4^3 to 14^3 cells in a Batch, ten steps a call, against one after the other on one thread.
 Table batch_benchmark(const RowChoices& choices);
+/// Cubes at rest on each other in a World, against the same without contact to each other.
+Table pile_benchmark(const RowChoices& choices);
 /// Bytes of a full box of 32^3 cells and a hollow ball in 64^3, in every layout. Nothing is timed.
 Table memory_table(const RowChoices& choices);
 /// Pairs of bodies that say together what neither says alone: models against their share of operations, random against

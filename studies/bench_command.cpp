@@ -337,6 +337,7 @@ constexpr Benchmark kBenchmarks[] = {
     {"digits", "springs by displacements and positions, by estimated and exact roots: error and time", digit_benchmark},
     {"scaling", "cubes of 10^3 to 128^3 cells; with --large 256^3 too", scaling_benchmark},
     {"batch", "64 small bodies stepped side by side", batch_benchmark},
+    {"pile", "cubes at rest on each other, against the same without contact", pile_benchmark},
     {"memory", "bytes per node and cell; times nothing", memory_table},
     {"ratios", "models, numberings and fillings, each against another body in the same rounds", ratio_benchmark},
     {"hessian", "second derivatives times a vector, against the step", hessian_benchmark},

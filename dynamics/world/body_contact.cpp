@@ -341,7 +341,7 @@ bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double
     const BodyCells& cells = side.other->cells;
     const auto [cell, place] = cell_at(side, node, x, travelled);
     node.cell = cell;
-    double most = 0, least = std::numeric_limits<double>::infinity();
+    double most = 0, least = std::numeric_limits<double>::infinity(), speed = 0;
     if (cell != kNone) {
         const BodyPoint<T> there{side.other, cells.corners[cell], trilinear_weights(place.xi), 8};
         const Point velocity = plus(side.body->speed(node.node), -1, there.speed()), before = node.normal;
@@ -365,6 +365,7 @@ bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double
             if (by_it > most || (by_it == most && depth < least)) {
                 most = by_it;
                 least = depth;
+                speed = inwards;
                 node.normal = normal;
             }
         }
@@ -376,6 +377,9 @@ bool PairContact<T>::locate(const Side& side, Node& node, const Point& x, double
     }
     node.age = 0;
     node.depth = least;
+    // What it can have come in by since the last step, and the error of the linear depth.
+    const double can_be = node.pressed + time_step * std::max(speed, 0.0) + kDrift * cells.edge;
+    node.forgiven = std::max(least - can_be, 0.0);
     return true;
 }
 
@@ -396,14 +400,16 @@ void PairContact<T>::step(Side& side, double time_step, double gain, double trav
             off = offset(side, node);
         }
         const Point& n = node.normal;
-        const double depth = node.depth - dot(n, off);
+        const double whole = node.depth - dot(n, off), depth = whole - node.forgiven;
+        node.forgiven -= node.forgiven * follows;
         // Of an impulse along a direction, what is gained of speed along it.
         const auto along = [&node](const Point& d) {
             return d[0] * d[0] * node.mobility[0] + d[1] * d[1] * node.mobility[1] + d[2] * d[2] * node.mobility[2];
         };
         const double yields = along(n);
-        node.touches = depth > 0 && yields > 0;
-        if (!node.touches) {
+        node.touches = whole > 0 && yields > 0;
+        node.pressed = std::max(depth, 0.0);
+        if (!(node.touches && depth > 0)) {
             node.push = 0;
             node.slip = plus({}, -1, off); // so that it begins anew
             continue;
@@ -434,7 +440,7 @@ void PairContact<T>::step(Side& side, double time_step, double gain, double trav
         const std::span<const std::uint8_t> held = node.held;
         push(*side.other, index.first(8), gains.first(8), held.first(8), impulse, time_step);
         push(*side.body, index.last(1), gains.last(1), held.last(1), impulse, time_step);
-        const double left = depth - time_step * gain * press * yields;
+        const double left = whole - time_step * gain * press * yields;
         reading_.nodes += 1;
         reading_.depth = std::max(reading_.depth, left);
         reading_.greatest_depth = std::max(reading_.greatest_depth, left);

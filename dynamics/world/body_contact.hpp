@@ -138,7 +138,8 @@ private:
 /// Which cells a node may meet is found at times, within a reach that the bodies cannot pass meanwhile. Of those it is
 /// in one at most. The depth of a node in a cell, from the nearest free face along the axes at rest, is taken to be
 /// linear in the motion of the node against the point of the cell where it was found, until it has gone on by a part of
-/// a cell. Friction is a spring along the surface, as stiff as contact, that is let out where it would pull more than
+/// a cell. Depth that comes all at once, of bodies that overlap or cells that are inside out, pushes little by little.
+/// Friction is a spring along the surface, as stiff as contact, that is let out where it would pull more than
 /// Coulomb's law allows: what sticks does not creep. Nodes act one after the other, each on what those before it left:
 /// so none pushes for another, and no number of them makes a step unstable.
 template <class T>
@@ -188,6 +189,8 @@ private:
         Point mobility = {0, 0, 0}; ///< 1/kg along each axis, of the node and that point against each other
         Point normal = {0, 0, 0};   ///< the way out, then
         double depth = 0;           ///< m, then
+        double pressed = 0;         ///< m: depth that pushed in the last step
+        double forgiven = 0;        ///< m: depth that does not push yet
         double push = 0;            ///< N, mean of the force with a delay, for friction
         Point slip = {0, 0, 0};     ///< m, of a node that sticks, from where it was found: what friction holds by
     };

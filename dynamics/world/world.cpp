@@ -63,9 +63,10 @@ struct World<T>::Implementation {
     std::vector<PairContact<T>> pairs;
     std::vector<std::vector<std::size_t>> colours; ///< pairs that are near, in lists in which no body comes twice
     std::vector<Tie> ties;
-    std::size_t tied = 0;  ///< ties that are there
-    long until_look = 0;   ///< steps
-    double since_look = 0; ///< s
+    std::size_t tied = 0;   ///< ties that are there
+    long until_look = 0;    ///< steps of this length:
+    double step_length = 0; ///< s
+    double since_look = 0;  ///< s
 
     explicit Implementation(int count) : threads(count) {}
 
@@ -480,6 +481,10 @@ void World<T>::step(const StepParameters& parameters, long count) {
     static_cast<void>(step_constants<T>(factors, 1)); // before anything changes, for what it throws
     i.take_notice();
     const double time_step = parameters.time_step, gain = factors.late_force;
+    if (time_step != i.step_length) {
+        i.step_length = time_step;
+        i.until_look = 0;
+    }
     while (count > 0) {
         if (i.until_look == 0 && !i.pairs.empty()) {
             i.look(time_step);
