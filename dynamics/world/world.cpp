@@ -141,6 +141,7 @@ struct World<T>::Implementation {
     BodyPoint<T> point_of(const Anchor& anchor) const;
     void look(double time_step);
     void step_bodies(const StepParameters& parameters, long count);
+    void touch(double time_step, double gain);
     void pull(Tie& tie, double time_step, double gain) const;
 };
 
@@ -261,6 +262,17 @@ void World<T>::Implementation::step_bodies(const StepParameters& parameters, lon
         }
     } else {
         threads.run(bodies.size(), [&](std::size_t b) { bodies[b].dynamics.step(parameters, count); });
+    }
+}
+
+template <class T>
+void World<T>::Implementation::touch(double time_step, double gain) {
+    const double since = kGrowth * (since_look + time_step);
+    for (const std::vector<std::size_t>& colour : colours) {
+        threads.run(colour.size(), [&](std::size_t p) {
+            PairContact<T>& pair = pairs[colour[p]];
+            pair.step(time_step, gain, since * pair.approach());
+        });
     }
 }
 
@@ -492,12 +504,7 @@ void World<T>::step(const StepParameters& parameters, long count) {
         const bool alone = i.colours.empty() && i.tied == 0;
         const long steps = !alone ? 1 : i.pairs.empty() ? count : std::min(count, i.until_look);
         i.step_bodies(parameters, steps);
-        for (const std::vector<std::size_t>& colour : i.colours) {
-            i.threads.run(colour.size(), [&](std::size_t p) {
-                PairContact<T>& pair = i.pairs[colour[p]];
-                pair.step(time_step, gain, kGrowth * (i.since_look + time_step) * pair.approach());
-            });
-        }
+        i.touch(time_step, gain);
         for (auto& tie : i.ties) {
             if (tie.there) {
                 i.pull(tie, time_step, gain);

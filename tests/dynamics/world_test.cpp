@@ -235,6 +235,25 @@ TYPED_TEST(WorldOf, a_stack_carries_its_weight) {
     }
 }
 
+/// Bodies that overlap when they are added part, and slowly.
+TYPED_TEST(WorldOf, what_overlaps_at_the_start_parts_without_a_blow) {
+    World<TypeParam> world;
+    add_box(world, {4, 4, 4}, {0, 0, 0});
+    add_box(world, {4, 4, 4}, {0.03, 3.6 * kEdge, 0.03});
+    world.set_contacts(std::array{BodyContact{.first = 0, .second = 1}});
+    double fastest = 0;
+    for (int i = 0; i < 200; ++i) {
+        world.step({.time_step = 0.5 * world.critical_time_step()}, 10);
+        fastest = std::max(fastest, mean(world.body(1), true)[1]);
+    }
+    const double gap = mean(world.body(1), false)[1] - mean(world.body(0), false)[1] - 0.4 * kEdge;
+    EXPECT_GT(gap, 0);
+    const double wave_speed = std::sqrt(kSoft.young_modulus / kSoft.density);
+    EXPECT_GT(fastest, 0);
+    EXPECT_LT(fastest, 0.1 * wave_speed);
+    EXPECT_EQ(world.contact_readings().at(0).nodes, 0u);
+}
+
 /// On a slope a box sticks below the angle of friction and slides above it.
 TEST(World, friction_holds_up_to_its_angle) {
     for (const double tangent : {0.45, 0.55}) {
