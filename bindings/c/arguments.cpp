@@ -55,6 +55,8 @@ hybmss_status failure_of_current_exception() noexcept {
         throw;
     } catch (const std::invalid_argument& error) {
         return fail(HYBMSS_INVALID_ARGUMENT, error.what());
+    } catch (const std::out_of_range& error) {
+        return fail(HYBMSS_INVALID_ARGUMENT, error.what());
     } catch (const RecordError& error) {
         return fail(HYBMSS_FILE_ERROR, error.what());
     } catch (const std::bad_alloc&) {

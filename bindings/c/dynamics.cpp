@@ -1,8 +1,11 @@
 #include "bindings/c/arguments.hpp"
 #include "bindings/c/fields.hpp"
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/world.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -14,11 +17,14 @@ namespace {
 
 template <class T>
 struct Moving {
-    ExplicitDynamics<T> body;
+    std::shared_ptr<ExplicitDynamics<T>> owned; ///< by this alone, or lent by a world that lives as long
+    ExplicitDynamics<T>& body;
     mutable Scratch<T> scratch;
     std::optional<Lattice> cut; ///< what cells there are; none before the first cut
 
-    Moving(const hybmss_body& shape, const PlanOptions& options) : body(made_of<ExplicitDynamics<T>>(shape, options)) {}
+    Moving(const hybmss_body& shape, const PlanOptions& options)
+        : Moving(std::make_shared<ExplicitDynamics<T>>(made_of<ExplicitDynamics<T>>(shape, options))) {}
+    explicit Moving(std::shared_ptr<ExplicitDynamics<T>> lent) : owned(std::move(lent)), body(*owned) {}
 
     /// get(view) writes the view.
     template <class Get>
@@ -104,6 +110,40 @@ hybmss_obstacle_reading reading_of(const ObstacleReading& read) {
     return out;
 }
 
+template <class T>
+struct Together {
+    std::shared_ptr<World<T>> world; ///< bodies that it has lent keep it alive
+
+    explicit Together(int threads) : world(std::make_shared<World<T>>(threads)) {}
+};
+
+StepParameters step_parameters(const hybmss_step_parameters* given) {
+    require(given, "parameters");
+    if (given->integrator != HYBMSS_SYMPLECTIC_EULER && given->integrator != HYBMSS_LEAPFROG) {
+        throw std::invalid_argument("integrator = " + std::to_string(given->integrator) +
+                                    " is not allowed: it must be 0 (HYBMSS_SYMPLECTIC_EULER) or 1 (HYBMSS_LEAPFROG)");
+    }
+    const double* g = given->acceleration;
+    return {given->time_step, {g[0], g[1], g[2]}, given->mass_damping, static_cast<Integrator>(given->integrator)};
+}
+
+long steps(std::int64_t count) {
+    if (count < 0) {
+        throw std::invalid_argument("count = " + std::to_string(count) + " is not allowed: it must be at least 0");
+    }
+    return static_cast<long>(count);
+}
+
+Anchor anchor(const hybmss_anchor* given, const char* name) {
+    require(given, name);
+    Anchor out;
+    if (given->body != HYBMSS_IN_SPACE) {
+        out.body = given->body;
+    }
+    std::copy_n(given->point, 3, out.point.begin());
+    return out;
+}
+
 PrescribedNode prescribed_node(const hybmss_prescribed_node& given) {
     if (given.axes > 7) {
         throw std::invalid_argument("axes of prescribed node " + std::to_string(given.node) + " = " +
@@ -123,6 +163,9 @@ using namespace hybmss::c_interface;
 
 struct hybmss_dynamics {
     std::variant<std::unique_ptr<Moving<float>>, std::unique_ptr<Moving<double>>> held;
+};
+struct hybmss_world {
+    std::variant<std::unique_ptr<Together<float>>, std::unique_ptr<Together<double>>> held;
 };
 
 extern "C" {
@@ -207,23 +250,8 @@ hybmss_status hybmss_dynamics_obstacle_readings(const hybmss_dynamics* dynamics,
 }
 
 hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters, int64_t count) {
-    return guarded(dynamics, "dynamics", [&](auto& moving) {
-        require(parameters, "parameters");
-        if (count < 0) {
-            throw std::invalid_argument("count = " + std::to_string(count) + " is not allowed: it must be at least 0");
-        }
-        const double* g = parameters->acceleration;
-        if (parameters->integrator != HYBMSS_SYMPLECTIC_EULER && parameters->integrator != HYBMSS_LEAPFROG) {
-            throw std::invalid_argument(
-                "integrator = " + std::to_string(parameters->integrator) +
-                " is not allowed: it must be 0 (HYBMSS_SYMPLECTIC_EULER) or 1 (HYBMSS_LEAPFROG)");
-        }
-        const StepParameters step{parameters->time_step,
-                                  {g[0], g[1], g[2]},
-                                  parameters->mass_damping,
-                                  static_cast<Integrator>(parameters->integrator)};
-        moving.body.step(step, static_cast<long>(count));
-    });
+    return guarded(dynamics, "dynamics",
+                   [&](auto& moving) { moving.body.step(step_parameters(parameters), steps(count)); });
 }
 
 hybmss_status hybmss_dynamics_get_displacements(const hybmss_dynamics* dynamics, const hybmss_field* out) {
@@ -290,6 +318,123 @@ hybmss_status hybmss_dynamics_critical_time_step(const hybmss_dynamics* dynamics
     return guarded(dynamics, "dynamics", [&](const auto& moving) {
         require(time_step, "time_step");
         *time_step = moving.body.critical_time_step();
+    });
+}
+
+hybmss_status hybmss_world_create(hybmss_precision precision, int32_t threads, hybmss_world** world) {
+    return guarded([&] {
+        require(world, "world");
+        auto made = std::make_unique<hybmss_world>();
+        if (is_double(precision, "precision")) {
+            made->held = std::make_unique<Together<double>>(threads);
+        } else {
+            made->held = std::make_unique<Together<float>>(threads);
+        }
+        *world = made.release();
+    });
+}
+
+void hybmss_world_destroy(hybmss_world* world) {
+    delete world;
+}
+
+hybmss_status hybmss_world_add(hybmss_world* world, const hybmss_body* body, const hybmss_plan_options* options,
+                               const double* origin, size_t* number, hybmss_dynamics** dynamics) {
+    return guarded(world, "world", [&]<class T>(Together<T>& together) {
+        require(body, "body");
+        require(number, "number");
+        const GivenOptions given(options);
+        std::array<double, 3> low = {0, 0, 0};
+        if (origin) {
+            std::copy_n(origin, 3, low.begin());
+        }
+        const auto* lattice = std::get_if<LatticeBody>(&body->shape);
+        if (!lattice && low != std::array<double, 3>{0, 0, 0}) {
+            throw std::invalid_argument("origin of a network is not allowed: its nodes have positions of their own");
+        }
+        auto lent = dynamics ? std::make_unique<hybmss_dynamics>() : nullptr;
+        auto made = made_of<ExplicitDynamics<T>>(*body, given.options);
+        World<T>& all = *together.world;
+        const std::size_t added = lattice ? all.add(std::move(made), lattice->lattice, low)
+                                          : all.add(std::move(made), std::get<Network>(body->shape));
+        if (lent) {
+            lent->held =
+                std::make_unique<Moving<T>>(std::shared_ptr<ExplicitDynamics<T>>(together.world, &all.body(added)));
+            *dynamics = lent.release();
+        }
+        *number = added;
+    });
+}
+
+hybmss_status hybmss_world_place(hybmss_world* world, size_t number, const hybmss_pose* pose) {
+    return guarded(world, "world", [&](auto& together) {
+        require(pose, "pose");
+        together.world->place(number, pose_of(*pose));
+    });
+}
+
+hybmss_status hybmss_world_set_contacts(hybmss_world* world, const hybmss_body_contact* contacts, size_t count) {
+    return guarded(world, "world", [&](auto& together) {
+        require(contacts, "contacts", count);
+        std::vector<BodyContact> given;
+        std::transform(contacts, contacts + count, std::back_inserter(given), [](const hybmss_body_contact& c) {
+            return BodyContact{c.first, c.second, c.friction, c.stiffness, c.friction_delay};
+        });
+        together.world->set_contacts(given);
+    });
+}
+
+hybmss_status hybmss_world_contact_readings(const hybmss_world* world, hybmss_body_contact_reading* readings,
+                                            size_t count) {
+    return guarded(world, "world", [&](const auto& together) {
+        require(readings, "readings", count);
+        const std::vector<BodyContactReading> now = together.world->contact_readings();
+        require_count(count, now.size(), "readings");
+        std::transform(now.begin(), now.end(), readings, [](const BodyContactReading& reading) {
+            hybmss_body_contact_reading out{{}, {}, reading.depth, reading.greatest_depth, reading.nodes};
+            std::copy_n(reading.force.begin(), 3, out.force);
+            std::copy_n(reading.impulse.begin(), 3, out.impulse);
+            return out;
+        });
+    });
+}
+
+hybmss_status hybmss_world_attach(hybmss_world* world, const hybmss_anchor* from, const hybmss_anchor* to,
+                                  double stiffness, size_t* attachment) {
+    return guarded(world, "world", [&](auto& together) {
+        require(attachment, "attachment");
+        *attachment = together.world->attach({anchor(from, "from"), anchor(to, "to"), stiffness});
+    });
+}
+
+hybmss_status hybmss_world_move_anchor(hybmss_world* world, size_t attachment, const double* point) {
+    return guarded(world, "world", [&](auto& together) {
+        require(point, "point");
+        together.world->move_anchor(attachment, {point[0], point[1], point[2]});
+    });
+}
+
+hybmss_status hybmss_world_attachment_force(const hybmss_world* world, size_t attachment, double* force) {
+    return guarded(world, "world", [&](const auto& together) {
+        require(force, "force");
+        const std::array<double, 3> now = together.world->attachment_force(attachment);
+        std::copy(now.begin(), now.end(), force);
+    });
+}
+
+hybmss_status hybmss_world_detach(hybmss_world* world, size_t attachment) {
+    return guarded(world, "world", [&](auto& together) { together.world->detach(attachment); });
+}
+
+hybmss_status hybmss_world_step(hybmss_world* world, const hybmss_step_parameters* parameters, int64_t count) {
+    return guarded(world, "world",
+                   [&](auto& together) { together.world->step(step_parameters(parameters), steps(count)); });
+}
+
+hybmss_status hybmss_world_critical_time_step(const hybmss_world* world, double* time_step) {
+    return guarded(world, "world", [&](const auto& together) {
+        require(time_step, "time_step");
+        *time_step = together.world->critical_time_step();
     });
 }
 

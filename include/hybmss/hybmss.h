@@ -428,6 +428,61 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_move_obstacles(hybmss_dynamics* dyna
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_obstacle_readings(const hybmss_dynamics* dynamics,
                                                               hybmss_obstacle_reading* readings, size_t count);
 
+/* ---- worlds: several bodies that touch and are tied; hybmss/world.hpp says all ---- */
+
+typedef struct hybmss_world hybmss_world;
+
+/* That two bodies touch, or one itself where both numbers are the same. */
+typedef struct hybmss_body_contact {
+    size_t first, second;
+    double friction;       /* Coulomb's coefficient, >= 0 */
+    double stiffness;      /* 1/s^2; 0: by the bodies' critical time steps */
+    double friction_delay; /* s; 0: likewise */
+} hybmss_body_contact;
+
+typedef struct hybmss_body_contact_reading {
+    double force[3];       /* N, on the first body in the last step */
+    double impulse[3];     /* N s, on the first body since the contact was set */
+    double depth;          /* m, of the deepest node */
+    double greatest_depth; /* m, since the contact was set */
+    size_t nodes;          /* of either that touched */
+} hybmss_body_contact_reading;
+
+#define HYBMSS_IN_SPACE SIZE_MAX
+/* A point of a body at rest, in a cell or on a node; or, with the number HYBMSS_IN_SPACE, a point in space. m */
+typedef struct hybmss_anchor {
+    size_t body;
+    double point[3];
+} hybmss_anchor;
+
+/* `threads`: at most, 0 for all of the machine. All bodies have one precision. */
+HYBMSS_EXPORT hybmss_status hybmss_world_create(hybmss_precision precision, int32_t threads, hybmss_world** world);
+HYBMSS_EXPORT void hybmss_world_destroy(hybmss_world* world);
+/* Adds a body at rest whose low corner, of a lattice's grid, is at `origin` (m; null: zero; of a network it must be).
+ * Sets its number, and lends it: `dynamics` (may be null) is a handle of its own, to be destroyed as any other, before
+ * or after the world. It is for all but steps and removing cells, which are the world's. */
+HYBMSS_EXPORT hybmss_status hybmss_world_add(hybmss_world* world, const hybmss_body* body,
+                                             const hybmss_plan_options* options, const double* origin, size_t* number,
+                                             hybmss_dynamics** dynamics);
+/* Puts a body as it is at rest where the pose brings it: what is at X to position + rotation X. */
+HYBMSS_EXPORT hybmss_status hybmss_world_place(hybmss_world* world, size_t number, const hybmss_pose* pose);
+/* Replaces the contacts. */
+HYBMSS_EXPORT hybmss_status hybmss_world_set_contacts(hybmss_world* world, const hybmss_body_contact* contacts,
+                                                      size_t count);
+/* One a contact. */
+HYBMSS_EXPORT hybmss_status hybmss_world_contact_readings(const hybmss_world* world,
+                                                          hybmss_body_contact_reading* readings, size_t count);
+/* Ties two points by a spring without length; `stiffness` in N/m, INFINITY: welded. Sets its number. */
+HYBMSS_EXPORT hybmss_status hybmss_world_attach(hybmss_world* world, const hybmss_anchor* from, const hybmss_anchor* to,
+                                                double stiffness, size_t* attachment);
+HYBMSS_EXPORT hybmss_status hybmss_world_move_anchor(hybmss_world* world, size_t attachment, const double* point);
+/* N, three numbers: on what it comes from, in the last step. */
+HYBMSS_EXPORT hybmss_status hybmss_world_attachment_force(const hybmss_world* world, size_t attachment, double* force);
+HYBMSS_EXPORT hybmss_status hybmss_world_detach(hybmss_world* world, size_t attachment);
+HYBMSS_EXPORT hybmss_status hybmss_world_step(hybmss_world* world, const hybmss_step_parameters* parameters,
+                                              int64_t count);
+HYBMSS_EXPORT hybmss_status hybmss_world_critical_time_step(const hybmss_world* world, double* time_step);
+
 /* ---- records: states and forces to check against ---- */
 
 /* A file of `hybmss record`: a body, states of it, and the forces and energies of each by the scalar reference. A

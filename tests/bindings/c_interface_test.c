@@ -758,6 +758,75 @@ static void allocators(void) {
     hybmss_body_destroy(body);
 }
 
+static void worlds(void) {
+    const int32_t cells[3] = {3, 3, 3};
+    const double above[3] = {0.02, 0.3, 0.02}, corner[3] = {0.32, 0.6, 0.32};
+    hybmss_material firm = hybmss_default_material();
+    hybmss_body* cube = NULL;
+    hybmss_world* world = NULL;
+    hybmss_dynamics *low = NULL, *high = NULL, *none = NULL;
+    size_t numbers[2] = {9, 9}, pointer = 9, i;
+    firm.young_modulus = 1e6;
+    OK(hybmss_lattice_create(cells, 0.1, NULL, 0, &firm, &cube));
+    OK(hybmss_world_create(HYBMSS_DOUBLE, 1, &world));
+    OK(hybmss_world_add(world, cube, NULL, NULL, &numbers[0], &low));
+    OK(hybmss_world_add(world, cube, NULL, above, &numbers[1], &high));
+    EXPECT(numbers[0] == 0 && numbers[1] == 1);
+
+    const hybmss_obstacle ground = {
+        HYBMSS_PLANE, {0, 1, 0}, {{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}, {0, 0, 0}}, 0.5, 0, 0};
+    const hybmss_body_contact contact = {0, 1, 0.5, 0, 0};
+    hybmss_body_contact_reading reading;
+    hybmss_step_parameters parameters = {0};
+    double weight = 0, masses[64], force[3];
+    OK(hybmss_dynamics_set_obstacles(low, cube, &ground, 1));
+    OK(hybmss_world_set_contacts(world, &contact, 1));
+    OK(hybmss_world_critical_time_step(world, &parameters.time_step));
+    parameters.time_step *= 0.5;
+    parameters.acceleration[1] = -10;
+    parameters.mass_damping = 20;
+    OK(hybmss_world_step(world, &parameters, 6000));
+    OK(hybmss_world_contact_readings(world, &reading, 1));
+    OK(hybmss_dynamics_masses(high, masses, 64));
+    for (i = 0; i < 64; ++i) {
+        weight += 10 * masses[i];
+    }
+    EXPECT(fabs(reading.force[1] + weight) < 1e-3 * weight && reading.nodes > 0);
+
+    const hybmss_anchor hook = {1, {corner[0], corner[1], corner[2]}};
+    hybmss_anchor hand = {HYBMSS_IN_SPACE, {corner[0], corner[1], corner[2]}};
+    OK(hybmss_world_attach(world, &hook, &hand, 1e5, &pointer));
+    hand.point[1] += 0.2;
+    OK(hybmss_world_move_anchor(world, pointer, hand.point));
+    OK(hybmss_world_step(world, &parameters, 6000));
+    OK(hybmss_world_attachment_force(world, pointer, force));
+    EXPECT(fabs(force[1] - weight) < 1e-2 * weight);
+    OK(hybmss_world_contact_readings(world, &reading, 1));
+    EXPECT(reading.nodes == 0);
+    OK(hybmss_world_detach(world, pointer));
+
+    hybmss_pose pose = ground.pose;
+    pose.velocity[0] = 1;
+    OK(hybmss_world_place(world, 1, &pose));
+    REFUSED(hybmss_world_place(world, 2, &pose), "body 2 is not there: the world has 2");
+    pose.rotation[0] = 2;
+    REFUSED(hybmss_world_place(world, 1, &pose), "body 1: its rotation must be");
+    REFUSED(hybmss_world_step(world, &parameters, -1), "count = -1");
+    REFUSED(hybmss_world_detach(world, 7), "attachment 7 is not there");
+    REFUSED(hybmss_world_attach(world, &hand, &hand, 1, &pointer), "between two points in space");
+    REFUSED(hybmss_world_add(world, NULL, NULL, NULL, &numbers[0], &none), "body is null");
+    EXPECT(none == NULL);
+
+    hybmss_world_destroy(world); /* what it has lent lives on */
+    double v[192];
+    const hybmss_field field = hybmss_double_field(v, 64, 3);
+    OK(hybmss_dynamics_get_velocities(high, &field));
+    EXPECT(v[0] == 1 && v[191] == 0);
+    hybmss_dynamics_destroy(low);
+    hybmss_dynamics_destroy(high);
+    hybmss_body_destroy(cube);
+}
+
 int main(void) {
     char version[32];
     snprintf(version, sizeof version, "%d.%d.%d", HYBMSS_VERSION_MAJOR, HYBMSS_VERSION_MINOR, HYBMSS_VERSION_PATCH);
@@ -774,6 +843,7 @@ int main(void) {
     refused_fields();
     motion();
     obstacles_and_cuts();
+    worlds();
     allocators();
     if (failures > 0) {
         printf("%d checks failed\n", failures);
