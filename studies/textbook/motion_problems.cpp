@@ -17,8 +17,6 @@ using reference::Vector3d;
 using stability::one_thread;
 using stability::Vectors;
 
-constexpr double kPi = std::numbers::pi;
-
 /// Waves of half the length of a rod of 1 x 1 x n cells of the length 1 that moves along one axis only: its nodes'
 /// displacements, and the lattice's own omega^2 = u.K u / u.M u, of which they are the exact vector.
 struct StandingWave {

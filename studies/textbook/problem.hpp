@@ -8,10 +8,13 @@
 #include "studies/paper/table.hpp"
 
 #include <functional>
+#include <numbers>
 #include <string>
 #include <vector>
 
 namespace hybmss::textbook {
+
+inline constexpr double kPi = std::numbers::pi;
 
 struct Answer {
     double ours = 0, exact = 0;

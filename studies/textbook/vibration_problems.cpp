@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 #include <tuple>
 
@@ -19,8 +18,6 @@ namespace {
 
 using reference::Vector3d;
 using stability::Vectors;
-
-constexpr double kPi = std::numbers::pi;
 
 Lattice bar(int across, int length) {
     return Lattice::box(across, across, length * across, 1.0 / across);
