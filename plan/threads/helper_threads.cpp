@@ -1,5 +1,25 @@
 #include "plan/threads/helper_threads.hpp"
 
+#if !HYBMSS_ONETBB
+
+// Nobody comes to help, and a run's caller, who waits for nobody, gets everything done.
+namespace hybmss {
+
+int default_threads() {
+    return 1;
+}
+
+struct HelperThreads::Arena {};
+
+HelperThreads::HelperThreads(int) {}
+HelperThreads::~HelperThreads() = default;
+
+void HelperThreads::join(const std::shared_ptr<StagedRun>&) {}
+
+} // namespace hybmss
+
+#else
+
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
@@ -166,3 +186,5 @@ void HelperThreads::join(const std::shared_ptr<StagedRun>& run) {
 }
 
 } // namespace hybmss
+
+#endif
