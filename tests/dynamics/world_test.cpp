@@ -2,6 +2,9 @@
 
 #include "hybmss/world.hpp"
 
+#include "dynamics/world/body_cells.hpp"
+#include "layouts/node_numbers.hpp"
+
 #include "tests/moving_body.hpp"
 
 #include <gtest/gtest.h>
@@ -133,6 +136,8 @@ TYPED_TEST(WorldOf, a_collision_keeps_momentum) {
     for (const Vector& origin : origins) {
         add_box(world, {4, 4, 4}, origin);
     }
+    Lattice cut = lattice; // some cells of the face that is hit
+    EXPECT_EQ(world.remove_cells(1, cut, std::array<std::uint32_t, 3>{20, 24, 36}), 3u);
     world.set_contacts(std::array{BodyContact{.first = 0, .second = 1, .friction = 0.4}});
     world.place(0, {.velocity = {1.5, 0.1, 0}});
     world.place(1, {.velocity = {-1, 0, 0.2}});
@@ -154,7 +159,7 @@ TYPED_TEST(WorldOf, a_collision_keeps_momentum) {
     EXPECT_EQ(reading.nodes, 0u);
     EXPECT_LT(mean(world.body(0), true)[0], 0.2); // it has been stopped
     EXPECT_GT(reading.greatest_depth, 0);
-    EXPECT_LT(reading.greatest_depth, 0.2 * kEdge);
+    EXPECT_LT(reading.greatest_depth, kEdge); // in the pocket of the cut nodes come near two faces at once
     EXPECT_LT(most, 1.001 * start);
     EXPECT_GT(energy(world), 0.3 * start);
     const double scale = 2.5 * mass_of(world.body(0)), tolerance = std::is_same_v<TypeParam, float> ? 2e-6 : 1e-12;
@@ -228,11 +233,34 @@ TYPED_TEST(WorldOf, a_stack_carries_its_weight) {
         EXPECT_LT(readings[c].depth, 0.05 * kEdge);
         EXPECT_GT(readings[c].nodes, 20u);
     }
+    for (const double u : read(world.body(0), false)) {
+        EXPECT_EQ(u, 0); // what is held does not yield, not even for a moment
+    }
     for (std::size_t b = 1; b < 4; ++b) {
         for (const double v : mean(world.body(b), true)) {
             EXPECT_NEAR(v, 0, 1e-4);
         }
     }
+}
+
+/// Nodes that came in by a plate's top are pushed up, however near its side they are.
+TEST(World, what_stands_at_an_edge_is_not_pushed_off) {
+    World<double> world;
+    add_box(world, {4, 1, 4}, {-4 * kEdge, -kEdge, 0}, kFirm);
+    std::vector<PrescribedNode> held(world.body(0).node_count());
+    for (std::uint32_t n = 0; n < held.size(); ++n) {
+        held[n].node = n;
+    }
+    world.body(0).prescribe(held);
+    add_box(world, {3, 1, 2}, {-2.04 * kEdge, 0, 0.9 * kEdge}, kFirm);
+    const double weight = 10 * mass_of(world.body(1)), sunk = 0.1 * kEdge;
+    // A column of nodes is nearer to the side than it sinks.
+    world.set_contacts(std::array{BodyContact{.first = 1, .second = 0, .stiffness = 2 * 10 / sunk}});
+    world.step({0.5 * world.critical_time_step(), {0, -10, 0}, 20}, 500); // then it slides: it leans a little
+    const BodyContactReading reading = world.contact_readings().at(0);
+    EXPECT_GT(reading.depth, 0.08 * kEdge);
+    EXPECT_NEAR(reading.force[1], weight, 0.02 * weight);
+    EXPECT_NEAR(reading.force[0], 0, 0.02 * weight);
 }
 
 /// Bodies that overlap when they are added part, and slowly.
@@ -250,7 +278,7 @@ TYPED_TEST(WorldOf, what_overlaps_at_the_start_parts_without_a_blow) {
     EXPECT_GT(gap, 0);
     const double wave_speed = std::sqrt(kSoft.young_modulus / kSoft.density);
     EXPECT_GT(fastest, 0);
-    EXPECT_LT(fastest, 0.1 * wave_speed);
+    EXPECT_LT(fastest, 0.06 * wave_speed);
     EXPECT_EQ(world.contact_readings().at(0).nodes, 0u);
 }
 
@@ -319,7 +347,7 @@ TYPED_TEST(WorldOf, welded_halves_are_the_whole) {
 /// A box hangs from a spring that holds it in the middle of a cell, and follows when the other end is moved.
 TYPED_TEST(WorldOf, a_spring_carries_what_hangs_on_it) {
     World<TypeParam> world;
-    add_box(world, {3, 3, 3}, {0, 0, 0});
+    add_box(world, {3, 3, 3}, {0, 0, 0}, kFirm);
     const double k = 2000, weight = 10 * mass_of(world.body(0));
     const Vector middle = {1.5 * kEdge, 1.5 * kEdge, 1.5 * kEdge};
     const std::size_t spring = world.attach({{0, middle}, {{}, middle}, k});
@@ -327,7 +355,7 @@ TYPED_TEST(WorldOf, a_spring_carries_what_hangs_on_it) {
     world.step(step, 6000);
     EXPECT_NEAR(world.attachment_force(spring)[1], weight, 1e-3 * weight);
     const double sunk = mean(world.body(0), false)[1];
-    EXPECT_LT(sunk, -weight / k);
+    EXPECT_NEAR(sunk, -weight / k, 0.03 * weight / k);
     world.move_anchor(spring, {middle[0] + 1, middle[1], middle[2]});
     world.step(step, 6000);
     EXPECT_NEAR(mean(world.body(0), false)[0], 1, 1e-3);
@@ -424,6 +452,20 @@ TYPED_TEST(WorldOf, a_placed_body_is_a_rigid_one) {
     EXPECT_NEAR(v[1], 2 * c * 0.3, 1e-6);
 }
 
+TEST(World, what_is_placed_beside_another_touches_it_at_once) {
+    World<double> world;
+    add_box(world, {2, 2, 2}, {0, 0, 0});
+    add_box(world, {2, 2, 2}, {0, 0, 0});
+    world.set_contacts(std::array{BodyContact{.first = 0, .second = 1}});
+    world.place(1, {.position = {50, 0, 0}});
+    const StepParameters step{0.5 * world.critical_time_step()};
+    world.step(step, 3);
+    EXPECT_EQ(world.contact_readings().at(0).nodes, 0u);
+    world.place(1, {.position = {0.01, 1.98 * kEdge, 0.01}, .velocity = {0, -1, 0}});
+    world.step(step, 5);
+    EXPECT_GT(world.contact_readings().at(0).nodes, 0u);
+}
+
 /// What is cut away touches nothing, and what it laid bare does.
 TEST(World, cuts_lay_bare_what_touches) {
     World<double> world;
@@ -474,6 +516,54 @@ TEST(World, networks_touch_too) {
     }
     EXPECT_GT(networks.contact_readings().at(0).greatest_depth, 0);
     EXPECT_LT(mean(networks.body(0), true)[1], -0.3);
+}
+
+TEST(BodyCells, layers_are_counted_from_each_side) {
+    const Lattice lattice = Lattice::box(6, 5, 7, kEdge);
+    std::vector<Point> rest;
+    for (std::size_t n = 0; n < lattice.grid_node_count(); ++n) {
+        rest.push_back(lattice.rest_position(n));
+    }
+    const BodyCells cells(cell_corners(lattice), rest);
+    std::size_t inner = 0;
+    for (int k = 0; k < 7; ++k) {
+        for (int j = 0; j < 5; ++j) {
+            for (int i = 0; i < 6; ++i) {
+                const auto cell = static_cast<std::size_t>(i + 6 * (j + 5 * k));
+                const std::array<int, 6> expected = {i, 5 - i, j, 4 - j, k, 6 - k};
+                EXPECT_TRUE(std::equal(expected.begin(), expected.end(), cells.layers[cell].begin())) << cell;
+                inner += *std::min_element(expected.begin(), expected.end()) >= 2;
+            }
+        }
+    }
+    EXPECT_EQ(cells.outer.size(), 6u * 5 * 7 - inner);
+    EXPECT_EQ(cells.surface.size(), 7u * 6 * 8 - 5u * 4 * 6);
+    EXPECT_DOUBLE_EQ(cells.edge, kEdge);
+}
+
+TEST(BodyCells, places_are_found_in_bent_cells_and_not_in_inverted_ones) {
+    std::array<Point, 8> corners;
+    for (std::size_t c = 0; c < 8; ++c) {
+        const double x = static_cast<double>(c & 1), y = static_cast<double>(c >> 1 & 1),
+                     z = static_cast<double>(c >> 2);
+        corners[c] = {x + 0.2 * y * z, 0.8 * y - 0.1 * x, z + 0.15 * x * y};
+    }
+    for (const Point& xi : {Point{0.1, 0.9, 0.4}, Point{1, 0, 0.5}, Point{-0.05, 0.5, 1.04}}) {
+        const std::array<double, 8> weights = trilinear_weights(xi);
+        Point x = {0, 0, 0};
+        for (std::size_t c = 0; c < 8; ++c) {
+            x = plus(x, weights[c], corners[c]);
+        }
+        const std::optional<PlaceInCell> place = place_in_cell(corners, x);
+        ASSERT_TRUE(place);
+        for (std::size_t a = 0; a < 3; ++a) {
+            EXPECT_NEAR(place->xi[a], xi[a], 1e-9);
+        }
+    }
+    for (Point& corner : corners) {
+        corner[0] *= -1; // the mirror image
+    }
+    EXPECT_FALSE(place_in_cell(corners, {-0.5, 0.4, 0.5}));
 }
 
 TEST(WorldInput, what_is_not_allowed_is_named) {
