@@ -190,6 +190,56 @@ export class Dynamics {
   free(): void;
 }
 
+/** That two bodies touch, or one itself where both numbers are the same. */
+export interface BodyContact {
+  first: number;
+  second: number;
+  friction?: number;
+  stiffness?: number;
+  frictionDelay?: number;
+}
+
+export interface BodyContactReading {
+  /** N, on the first body in the last step */
+  force: number[];
+  /** N s, since the contact was set */
+  impulse: number[];
+  depth: number;
+  greatestDepth: number;
+  nodes: number;
+}
+
+/** A point of a body at rest, or without one a point in space; m. */
+export interface Anchor {
+  body?: number;
+  point: Vector;
+}
+
+/** Bodies that touch and are tied. */
+export class World {
+  constructor(options?: { precision?: Precision });
+  /** By number: to hold, load, read and set them by. Steps are the world's. */
+  readonly bodies: Dynamics[];
+  /** Adds a body whose grid has its low corner at the origin; returns its number. */
+  add(lattice: Lattice, options?: { origin?: Vector; accuracy?: PlanOptions["accuracy"]; layout?: string }): number;
+  /** Puts a body as it is at rest to position + rotation X, where it was at X. */
+  place(body: number, pose: Pose): void;
+  /** Replaces the list. */
+  setContacts(contacts: readonly BodyContact[]): void;
+  contactReadings(): BodyContactReading[];
+  /** Ties two points by a spring without length, N/m; welds them where it is left out. Returns its number. */
+  attach(from: Anchor, to: Anchor, stiffness?: number): number;
+  moveAnchor(attachment: number, point: Vector): void;
+  /** N */
+  attachmentForce(attachment: number): number[];
+  detach(attachment: number): void;
+  step(parameters: StepParameters, count?: number): void;
+  /** s */
+  readonly criticalTimeStep: number;
+  /** The bodies are to be freed by themselves. */
+  free(): void;
+}
+
 /** Triangles that move with a body. */
 export class Skin {
   /** `map`: where the lattice is another one than the dynamics was made of, the number there of each of its nodes. */

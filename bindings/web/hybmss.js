@@ -410,10 +410,16 @@ function writePose(at, pose = {}) {
 
 const shapes = ["plane", "sphere", "box"];
 
+function writeStep(at, { timeStep, acceleration = [0, 0, 0], massDamping = 0, integrator = "symplectic-euler" }) {
+  doubles(at, [timeStep, ...acceleration, massDamping]);
+  data().setInt32(at + 40, choice("integrator", integrator, ["symplectic-euler", "leapfrog"]), true);
+}
+
 export class Dynamics extends Handle {
-  constructor(lattice, options = {}) {
+  /** `lent`: what a world lends, in place of a body of its own. */
+  constructor(lattice, options = {}, lent = undefined) {
     ready();
-    super("dynamics", planned("dynamics", lattice, options));
+    super("dynamics", lent ?? planned("dynamics", lattice, options));
     this.lattice = lattice;
     this.nodeCount = lattice.nodeCount;
     this.Type = typeOf(options.precision ?? "float32");
@@ -464,12 +470,9 @@ export class Dynamics extends Handle {
     call("hybmss_dynamics_masses", this.at, this.m.address, this.nodeCount);
     return this.m.view;
   }
-  step({ timeStep, acceleration = [0, 0, 0], massDamping = 0, integrator = "symplectic-euler" }, count = 1) {
-    const at = this.parameters.address;
-    doubles(at, [timeStep, ...acceleration, massDamping]);
-    const which = choice("integrator", integrator, ["symplectic-euler", "leapfrog"]);
-    data().setInt32(at + 40, which, true);
-    call("hybmss_dynamics_step", this.at, at, BigInt(count));
+  step(parameters, count = 1) {
+    writeStep(this.parameters.address, parameters);
+    call("hybmss_dynamics_step", this.at, this.parameters.address, BigInt(count));
   }
   prescribe(nodes) {
     this.#list("prescribe", nodes, 56, (at, { node, axes = 7, displacement = [0, 0, 0], velocity = [0, 0, 0] }) => {
@@ -547,6 +550,94 @@ export class Dynamics extends Handle {
 }
 
 // ---- skins and records
+
+const inSpace = 0xffffffff;
+
+/** Bodies that touch and are tied. */
+export class World extends Handle {
+  constructor(options = {}) {
+    ready();
+    known("options", options, ["precision"]);
+    const precision = options.precision ?? "float32";
+    const wide = typeOf(precision) === Float64Array ? 1 : 0;
+    super("world", (slot) => call("hybmss_world_create", wide, 1, slot));
+    this.precision = precision;
+    this.parameters = this.block(Float64Array, 6);
+    this.bodies = [];
+    this.contacts = 0;
+  }
+  add(lattice, { origin = [0, 0, 0], ...options } = {}) {
+    const all = { ...options, precision: this.precision };
+    const lent = (slot) =>
+      withMemory((take) => {
+        const low = put(take, Float64Array, origin);
+        call("hybmss_world_add", this.at, lattice.at, planOptions(take, all), low, take(4), slot);
+      });
+    return this.bodies.push(new Dynamics(lattice, all, lent)) - 1;
+  }
+  place(body, pose) {
+    withMemory((take) => {
+      const at = take(144);
+      writePose(at, pose);
+      call("hybmss_world_place", this.at, body, at);
+    });
+  }
+  setContacts(contacts) {
+    withMemory((take) => {
+      const at = take(32 * contacts.length);
+      contacts.forEach(({ first, second, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }, i) => {
+        known("contact", rest, []);
+        data().setUint32(at + 32 * i, first, true);
+        data().setUint32(at + 32 * i + 4, second, true);
+        doubles(at + 32 * i + 8, [friction, stiffness, frictionDelay]);
+      });
+      call("hybmss_world_set_contacts", this.at, at, contacts.length);
+    });
+    this.contacts = contacts.length;
+  }
+  contactReadings() {
+    return withMemory((take) => {
+      const at = take(72 * this.contacts);
+      call("hybmss_world_contact_readings", this.at, at, this.contacts);
+      return Array.from({ length: this.contacts }, (_, i) => {
+        const v = read(at + 72 * i, 8);
+        const nodes = data().getUint32(at + 72 * i + 64, true);
+        return { force: v.slice(0, 3), impulse: v.slice(3, 6), depth: v[6], greatestDepth: v[7], nodes };
+      });
+    });
+  }
+  attach(from, to, stiffness = Infinity) {
+    return withMemory((take) => {
+      const [f, t, attachment] = [take(32), take(32), take(4)];
+      [from, to].forEach(({ body, point }, i) => {
+        data().setUint32([f, t][i], body ?? inSpace, true);
+        doubles([f, t][i] + 8, point);
+      });
+      call("hybmss_world_attach", this.at, f, t, stiffness, attachment);
+      return data().getUint32(attachment, true);
+    });
+  }
+  moveAnchor(attachment, point) {
+    withMemory((take) => call("hybmss_world_move_anchor", this.at, attachment, put(take, Float64Array, point)));
+  }
+  attachmentForce(attachment) {
+    return withMemory((take) => {
+      const at = take(24);
+      call("hybmss_world_attachment_force", this.at, attachment, at);
+      return read(at, 3);
+    });
+  }
+  detach(attachment) {
+    call("hybmss_world_detach", this.at, attachment);
+  }
+  step(parameters, count = 1) {
+    writeStep(this.parameters.address, parameters);
+    call("hybmss_world_step", this.at, this.parameters.address, BigInt(count));
+  }
+  get criticalTimeStep() {
+    return number(this.at, "hybmss_world_critical_time_step", 8);
+  }
+}
 
 export class Skin extends Handle {
   constructor(lattice, mesh, { precision = "float32", map } = {}) {

@@ -58,3 +58,14 @@ SIZE(hybmss_obstacle_reading, 136);
 
 AT(hybmss_cell_stress, volume_ratio, 168);
 SIZE(hybmss_cell_stress, 200);
+
+AT(hybmss_body_contact, friction, 8);
+SIZE(hybmss_body_contact, 32);
+
+AT(hybmss_body_contact_reading, impulse, 24);
+AT(hybmss_body_contact_reading, depth, 48);
+AT(hybmss_body_contact_reading, nodes, 64);
+SIZE(hybmss_body_contact_reading, 72);
+
+AT(hybmss_anchor, point, 8);
+SIZE(hybmss_anchor, 32);

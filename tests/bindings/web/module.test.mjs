@@ -5,7 +5,7 @@ import { copyFile, mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import test from "node:test";
 
-import { Dynamics, ForcePlan, HybmssError, Lattice, load, Record, Skin, version } from "../../../build/web/package/hybmss.js";
+import { Dynamics, ForcePlan, HybmssError, Lattice, load, Record, Skin, version, World } from "../../../build/web/package/hybmss.js";
 
 const root = new URL("../../../", import.meta.url);
 const source = (path) => readFile(new URL(path, root));
@@ -259,4 +259,32 @@ test("installed from its tarball, the documents' example runs", async () => {
   } finally {
     await rm(place, { recursive: true });
   }
+});
+
+test("a world: what lies on another body weighs on it, and a pointer lifts it", () => {
+  const cube = new Lattice({ cells: [3, 3, 3], cellSize: 0.1, material: { youngModulus: 1e6, poissonRatio: 0.3 } });
+  const world = new World({ precision: "float64" });
+  const low = world.add(cube);
+  const high = world.add(cube, { origin: [0.02, 0.3, 0.02] });
+  world.bodies[low].setObstacles([{ shape: "plane", dimensions: [0, 1, 0], friction: 0.5 }]);
+  world.setContacts([{ first: low, second: high, friction: 0.5 }]);
+  const step = { timeStep: 0.5 * world.criticalTimeStep, acceleration: [0, -10, 0], massDamping: 20 };
+  world.step(step, 6000);
+  const weight = 10 * world.bodies[high].masses.reduce((sum, mass) => sum + mass, 0);
+  const [touch] = world.contactReadings();
+  assert.ok(Math.abs(touch.force[1] + weight) < 1e-3 * weight && touch.nodes > 0);
+
+  const corner = [0.32, 0.6, 0.32];
+  const pointer = world.attach({ body: high, point: corner }, { point: corner }, 1e5);
+  world.moveAnchor(pointer, [0.32, 0.8, 0.32]);
+  world.step(step, 6000);
+  assert.ok(Math.abs(world.attachmentForce(pointer)[1] - weight) < 1e-2 * weight);
+  assert.equal(world.contactReadings()[0].nodes, 0);
+  world.detach(pointer);
+  world.place(high, { position: [0, 1, 0], velocity: [1, 0, 0] });
+  assert.equal(world.bodies[high].velocities[0], 1);
+  assert.throws(() => world.place(7, {}), /body 7 is not there: the world has 2/);
+  assert.throws(() => world.setContacts([{ first: 0, second: 1, frictoin: 1 }]), /contact.frictoin is not known/);
+  world.free();
+  assert.equal(world.bodies[high].velocities[0], 1); // lives on
 });
