@@ -300,7 +300,9 @@ template <class T>
 void ExplicitDynamics<T>::Implementation::complete() {
     if (half) {
         find_whole_velocity();
-        std::swap(state.velocity, whole_velocity);
+        for (std::size_t a = 0; a < array_count(state.velocity); ++a) { // copied: a world knows where they lie
+            std::copy_n(whole_velocity[a].data(), whole_velocity[a].size(), state.velocity[a].data());
+        }
         half.reset();
         for (const auto& effect : effects) {
             effect->state_was_set();
@@ -412,6 +414,7 @@ std::size_t ExplicitDynamics<T>::remove_cells(Lattice& lattice, std::span<const 
         }
     }
     i.planned.body->take_over(lattice, nodes, removed);
+    ++i.cuts;
     for (const CutNode& node : nodes) {
         if (i.body->masses()[node.node] == 0) { // nothing would slow it down
             for (std::size_t c = 0; c < 3; ++c) {

@@ -58,7 +58,7 @@ struct ExplicitDynamics<T>::Implementation {
         half.reset();
         looked_at = -1;
         not_finite_at = 0;
-        ++settings;
+        ++(&field == &state.displacement ? settings : holds);
     }
 
     /// The effect of this kind, or null.
@@ -102,7 +102,9 @@ struct ExplicitDynamics<T>::Implementation {
     std::vector<LoadedComponent<T>> loaded;
     std::vector<NodalLoad> loads;   ///< that `loaded` comes from
     long steps = 0;                 ///< taken
-    long settings = 0, holds = 0;   ///< of the state, and of prescribed nodes, so far
+    long settings = 0;              ///< of displacements, so far
+    long holds = 0;                 ///< likewise of velocities and of prescribed nodes
+    long cuts = 0;                  ///< likewise
     mutable long looked_at = 0;     ///< the count of steps at the last look at the state; -1: never since it was set
     mutable long not_finite_at = 0; ///< that of the first look that found it not finite, or 0
     std::optional<NodeNumbers> numbers;  ///< from the first cut on

@@ -15,12 +15,24 @@
 namespace hybmss::c_interface {
 namespace {
 
+/// Where a body is at rest, and what is left of it.
+struct Place {
+    std::array<double, 3> origin = {0, 0, 0}; ///< m, of a lattice's low corner
+    std::optional<Lattice> cut = {};          ///< what cells there are; none before the first cut
+
+    /// The lattice to cut, of what the body was made of.
+    Lattice& to_cut(const hybmss_body& body) {
+        const Lattice& whole = lattice_of(body, "a lattice has cells to remove").lattice;
+        return cut ? *cut : cut.emplace(whole);
+    }
+};
+
 template <class T>
 struct Moving {
     std::shared_ptr<ExplicitDynamics<T>> owned; ///< by this alone, or lent by a world that lives as long
     ExplicitDynamics<T>& body;
     mutable Scratch<T> scratch;
-    std::optional<Lattice> cut; ///< what cells there are; none before the first cut
+    std::shared_ptr<Place> place = std::make_shared<Place>(); ///< a world knows it too
 
     Moving(const hybmss_body& shape, const PlanOptions& options)
         : Moving(std::make_shared<ExplicitDynamics<T>>(made_of<ExplicitDynamics<T>>(shape, options))) {}
@@ -52,16 +64,16 @@ void require_own(const hybmss_body* body, std::size_t nodes) {
 }
 
 /// Those of a body in the order of its nodes, also where they are fewer after cuts.
-std::vector<SurfaceNode> surface_of(const hybmss_body& body, const std::optional<Lattice>& cut) {
+std::vector<SurfaceNode> surface_of(const hybmss_body& body, const Place& place) {
     if (const auto* network = std::get_if<Network>(&body.shape)) {
         return surface_nodes(*network);
     }
     const Lattice& whole = std::get<LatticeBody>(body.shape).lattice;
-    if (!cut) {
-        return surface_nodes(whole);
+    if (!place.cut) {
+        return surface_nodes(whole, place.origin);
     }
-    std::vector<SurfaceNode> surface = surface_nodes(*cut);
-    const std::vector<std::uint32_t> grid = cut->nodes(), all = whole.nodes();
+    std::vector<SurfaceNode> surface = surface_nodes(*place.cut, place.origin);
+    const std::vector<std::uint32_t> grid = place.cut->nodes(), all = whole.nodes();
     for (SurfaceNode& node : surface) {
         node.node = static_cast<std::uint32_t>(std::lower_bound(all.begin(), all.end(), grid[node.node]) - all.begin());
     }
@@ -112,7 +124,8 @@ hybmss_obstacle_reading reading_of(const ObstacleReading& read) {
 
 template <class T>
 struct Together {
-    std::shared_ptr<World<T>> world; ///< bodies that it has lent keep it alive
+    std::shared_ptr<World<T>> world;            ///< bodies that it has lent keep it alive
+    std::vector<std::shared_ptr<Place>> places; ///< of its bodies
 
     explicit Together(int threads) : world(std::make_shared<World<T>>(threads)) {}
 };
@@ -208,11 +221,7 @@ hybmss_status hybmss_dynamics_remove_cells(hybmss_dynamics* dynamics, const hybm
     return guarded(dynamics, "dynamics", [&](auto& moving) {
         require_own(body, moving.body.node_count());
         require(cells, "cells", count);
-        const Lattice& whole = lattice_of(*body, "a lattice has cells to remove").lattice;
-        if (!moving.cut) {
-            moving.cut = whole;
-        }
-        const std::size_t gone = moving.body.remove_cells(*moving.cut, {cells, count});
+        const std::size_t gone = moving.body.remove_cells(moving.place->to_cut(*body), {cells, count});
         if (removed) {
             *removed = gone;
         }
@@ -226,7 +235,7 @@ hybmss_status hybmss_dynamics_set_obstacles(hybmss_dynamics* dynamics, const hyb
         require(obstacles, "obstacles", count);
         std::vector<Obstacle> given;
         std::transform(obstacles, obstacles + count, std::back_inserter(given), obstacle_of);
-        moving.body.set_obstacles(surface_of(*body, moving.cut), given);
+        moving.body.set_obstacles(surface_of(*body, *moving.place), given);
     });
 }
 
@@ -357,9 +366,12 @@ hybmss_status hybmss_world_add(hybmss_world* world, const hybmss_body* body, con
         World<T>& all = *together.world;
         const std::size_t added = lattice ? all.add(std::move(made), lattice->lattice, low)
                                           : all.add(std::move(made), std::get<Network>(body->shape));
+        together.places.push_back(std::make_shared<Place>(Place{low, {}}));
         if (lent) {
-            lent->held =
+            auto moving =
                 std::make_unique<Moving<T>>(std::shared_ptr<ExplicitDynamics<T>>(together.world, &all.body(added)));
+            moving->place = together.places.back();
+            lent->held = std::move(moving);
             *dynamics = lent.release();
         }
         *number = added;
@@ -370,6 +382,19 @@ hybmss_status hybmss_world_place(hybmss_world* world, size_t number, const hybms
     return guarded(world, "world", [&](auto& together) {
         require(pose, "pose");
         together.world->place(number, pose_of(*pose));
+    });
+}
+
+hybmss_status hybmss_world_remove_cells(hybmss_world* world, size_t number, const hybmss_body* body,
+                                        const uint32_t* cells, size_t count, size_t* removed) {
+    return guarded(world, "world", [&](auto& together) {
+        require_own(body, together.world->body(number).node_count());
+        require(cells, "cells", count);
+        const std::size_t gone =
+            together.world->remove_cells(number, together.places[number]->to_cut(*body), {cells, count});
+        if (removed) {
+            *removed = gone;
+        }
     });
 }
 

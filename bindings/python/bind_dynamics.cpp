@@ -35,13 +35,17 @@ public:
     }
     /// One that lives as long as this does, or elsewhere.
     template <class T>
-    explicit Dynamics(std::shared_ptr<ExplicitDynamics<T>> body) : body_(std::move(body)) {}
+    Dynamics(std::shared_ptr<ExplicitDynamics<T>> body, const Vector3& origin)
+        : origin_(origin), body_(std::move(body)) {}
     template <class Visit>
     auto visit(const Visit& visit) const {
         return std::visit([&](const auto& body) { return visit(*body); }, body_);
     }
 
+    const Vector3& origin() const { return origin_; }
+
 private:
+    Vector3 origin_ = {0, 0, 0}; ///< m, where its world has it
     std::variant<std::shared_ptr<ExplicitDynamics<float>>, std::shared_ptr<ExplicitDynamics<double>>> body_;
 };
 
@@ -61,13 +65,22 @@ public:
     /// A body that keeps its world alive.
     Dynamics body(std::size_t number) const {
         return std::visit(
-            [number]<class T>(const std::shared_ptr<World<T>>& world) {
-                return Dynamics(std::shared_ptr<ExplicitDynamics<T>>(world, &world->body(number)));
+            [&]<class T>(const std::shared_ptr<World<T>>& world) {
+                const std::shared_ptr<ExplicitDynamics<T>> body(world, &world->body(number));
+                return Dynamics(body, origins_[number]);
             },
             world_);
     }
 
+    std::size_t add(const Lattice& lattice, const Material& material, const Vector3& origin) {
+        const std::size_t body = visit(
+            [&]<class T>(World<T>& made) { return made.add(ExplicitDynamics<T>(lattice, material), lattice, origin); });
+        origins_.push_back(origin);
+        return body;
+    }
+
 private:
+    std::vector<Vector3> origins_;
     std::variant<std::shared_ptr<World<float>>, std::shared_ptr<World<double>>> world_;
 };
 
@@ -194,10 +207,11 @@ void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
     obstacle.def_readwrite("stiffness", &Obstacle::stiffness, "1/s^2: per kg of a node; 0: by the body's own.");
     type.def(
         "set_obstacles",
-        [](Dynamics& dynamics, const Lattice& lattice, const std::vector<Obstacle>& obstacles, const Vector3& origin) {
-            dynamics.visit([&](auto& body) { body.set_obstacles(surface_nodes(lattice, origin), obstacles); });
+        [](Dynamics& dynamics, const Lattice& lattice, const std::vector<Obstacle>& obstacles) {
+            dynamics.visit(
+                [&](auto& body) { body.set_obstacles(surface_nodes(lattice, dynamics.origin()), obstacles); });
         },
-        py::arg("lattice"), py::arg("obstacles"), py::arg("origin") = Vector3{0, 0, 0},
+        py::arg("lattice"), py::arg("obstacles"),
         "Replaces the obstacles that the surface of `lattice`, the body's own, touches.");
     type.def(
         "move_obstacles",
@@ -225,15 +239,8 @@ void bind_world(py::module_& module) {
     py::class_<PythonWorld> type(module, "World",
                                  "Bodies that touch each other and themselves, and are tied to each other.");
     type.def(py::init<const py::object&, int>(), py::arg("dtype") = "float64", py::kw_only(), py::arg("threads") = 0);
-    type.def(
-        "add",
-        [](PythonWorld& world, const Lattice& lattice, const Material& material, const Vector3& origin) {
-            return world.visit([&]<class T>(World<T>& made) {
-                return made.add(ExplicitDynamics<T>(lattice, material), lattice, origin);
-            });
-        },
-        py::arg("lattice"), py::arg("material"), py::arg("origin") = Vector3{0, 0, 0},
-        "Adds a body whose grid has its low corner at `origin` (m); returns its number.");
+    type.def("add", &PythonWorld::add, py::arg("lattice"), py::arg("material"), py::arg("origin") = Vector3{0, 0, 0},
+             "Adds a body whose grid has its low corner at `origin` (m); returns its number.");
     type.def("__len__",
              [](const PythonWorld& world) { return world.visit([](auto& made) { return made.body_count(); }); });
     type.def(

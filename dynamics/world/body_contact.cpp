@@ -34,9 +34,9 @@ double distance_to(const Bounds& box, const Point& x) {
 class Buckets {
 public:
     Buckets(const Bounds& region, double size, const std::vector<Bounds>& boxes) : low_(region.low) {
-        // No more buckets than boxes can fill.
+        // No more buckets than boxes can fill, and no more boxes in buckets than memory should have.
         const double most = 8 * static_cast<double>(boxes.size()) + 64;
-        for (double count = std::numeric_limits<double>::infinity(); count > most; size *= 2) {
+        for (double count = 0, entries = 0; count == 0 || count > most || entries > 8 * most; size *= 2) {
             count = 1;
             for (std::size_t a = 0; a < 3; ++a) {
                 const double along = std::floor((region.high[a] - region.low[a]) / size) + 1;
@@ -44,6 +44,14 @@ public:
                 counts_[a] = static_cast<std::size_t>(std::min(along, most));
             }
             size_ = size;
+            entries = 0;
+            for (const Bounds& box : boxes) {
+                double one = 1;
+                for (std::size_t a = 0; a < 3; ++a) {
+                    one *= static_cast<double>(place(box.high[a], a) - place(box.low[a], a) + 1);
+                }
+                entries += one;
+            }
         }
         first_.assign(counts_[0] * counts_[1] * counts_[2] + 1, 0);
         for (const Bounds& box : boxes) {
@@ -111,7 +119,8 @@ void WorldBody<T>::find_cell_boxes() {
 
 template <class T>
 PairContact<T>::PairContact(const BodyContact& spec, WorldBody<T>& first, WorldBody<T>& second)
-    : spec_(spec), sides_{Side{&first, &second, 1, {}, {}}, Side{&second, &first, -1, {}, {}}} {}
+    : spec_(spec), sides_{Side{&first, &second, spec.first == spec.second ? 0.0 : 1.0, {}, {}},
+                          Side{&second, &first, -1, {}, {}}} {}
 
 template <class T>
 double PairContact<T>::approach() const {
@@ -164,13 +173,23 @@ void PairContact<T>::find(double margin) {
             side.nodes.clear();
         }
         reach_ = gap();
-        return;
+    } else {
+        reach_ = margin;
+        find(sides_[0], margin);
+        if (spec_.first != spec_.second) {
+            find(sides_[1], margin);
+        }
     }
-    reach_ = margin;
-    find(sides_[0], margin);
-    if (spec_.first != spec_.second) {
-        find(sides_[1], margin);
+    if (!near()) { // no step comes here
+        clear_reading();
     }
+}
+
+template <class T>
+void PairContact<T>::clear_reading() {
+    reading_.force = {0, 0, 0};
+    reading_.nodes = 0;
+    reading_.depth = 0;
 }
 
 template <class T>
@@ -451,9 +470,7 @@ void PairContact<T>::step(Side& side, double time_step, double gain, double trav
 
 template <class T>
 void PairContact<T>::step(double time_step, double gain, double since) {
-    reading_.force = {0, 0, 0};
-    reading_.nodes = 0;
-    reading_.depth = 0;
+    clear_reading();
     for (Side& side : sides_) {
         step(side, time_step, gain, travelled_ + since);
     }

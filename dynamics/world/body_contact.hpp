@@ -116,6 +116,35 @@ struct BodyPoint {
         }
         return out;
     }
+    /// Likewise by an impulse of 1 at another point of the body.
+    Point mobility_with(const BodyPoint& other) const {
+        Point out = {0, 0, 0};
+        for (std::size_t i = 0; i < count; ++i) {
+            for (std::size_t j = 0; j < other.count; ++j) {
+                for (std::size_t a = 0; nodes[i] == other.nodes[j] && a < 3; ++a) {
+                    out[a] += weights[i] * other.weights[j] * body->mobility(nodes[i], a);
+                }
+            }
+        }
+        return out;
+    }
+    /// Leaves out what has no mass any more. Returns whether something is left, or it is in space.
+    bool keep_mass() {
+        std::size_t kept = 0;
+        double sum = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (body->inverse_mass[nodes[i]] > 0 && weights[i] > 0) {
+                nodes[kept] = nodes[i];
+                weights[kept++] = weights[i];
+                sum += weights[i];
+            }
+        }
+        for (std::size_t i = 0; i < kept; ++i) {
+            weights[i] /= sum;
+        }
+        count = kept;
+        return !body || count > 0;
+    }
     void push(const Point& impulse, double time_step) const {
         for (std::size_t i = 0; i < count; ++i) {
             body->push(nodes[i], plus({}, weights[i], impulse), time_step);
@@ -202,7 +231,7 @@ private:
     struct Side {
         WorldBody<T>* body;  ///< whose nodes
         WorldBody<T>* other; ///< whose cells
-        double sign;         ///< of its forces in the reading
+        double sign;         ///< of its forces in the reading; a body on itself: 0, as they cancel
         std::vector<Node> nodes;
         std::vector<Candidate> candidates; ///< ascending for each node
     };
@@ -215,6 +244,7 @@ private:
     /// Cosine of what a face may turn by while a node touches it.
     static constexpr double kTurned = 0.7;
 
+    void clear_reading();
     void find(Side& side, double margin) const;
     void step(Side& side, double time_step, double gain, double travelled);
     struct Found {

@@ -50,6 +50,7 @@ struct World<T>::Implementation {
         std::unique_ptr<WorldBody<T>> nodes;        ///< pairs and attachments know where it is
         std::optional<NodeNumbers> numbers;         ///< of a lattice
         long steps = -1, settings = -1, holds = -1; ///< of the body, when it was looked at last
+        long cuts = 0;                              ///< of the body, that the world knows of
     };
     struct Tie {
         Attachment given;
@@ -66,9 +67,13 @@ struct World<T>::Implementation {
     std::size_t tied = 0;   ///< ties that are there
     long until_look = 0;    ///< steps of this length:
     double step_length = 0; ///< s
-    double since_look = 0;  ///< s
+    long since_look = 0;    ///< steps of this length
+    double before = 0;      ///< s since the last look, in steps of another length
 
     explicit Implementation(int count) : threads(count) {}
+
+    /// s; the same however the steps were called for.
+    double since() const { return before + static_cast<double>(since_look) * step_length; }
 
     typename ExplicitDynamics<T>::Implementation& inside(std::size_t body) const {
         return *bodies[body].dynamics.implementation_;
@@ -88,6 +93,7 @@ struct World<T>::Implementation {
         bodies.push_back({std::move(dynamics), std::move(nodes), std::move(numbers)});
         const std::size_t body = bodies.size() - 1;
         auto& i = inside(body);
+        bodies[body].cuts = i.cuts;
         WorldBody<T>& added = *bodies[body].nodes;
         added.length_unit = i.body->length_unit();
         for (std::size_t a = 0; a < 3; ++a) {
@@ -163,7 +169,7 @@ BodyPoint<T> World<T>::Implementation::point_of(const Anchor& anchor) const {
     out.body = &body;
     const double tolerance = 1e-6;
     for (std::uint32_t n = 0; n < body.rest.size(); ++n) {
-        if (length(plus(body.rest[n], -1, anchor.point)) <= tolerance * body.length_unit) {
+        if (body.inverse_mass[n] > 0 && length(plus(body.rest[n], -1, anchor.point)) <= tolerance * body.length_unit) {
             out.nodes[0] = n;
             out.weights[0] = 1;
             out.count = 1;
@@ -174,6 +180,13 @@ BodyPoint<T> World<T>::Implementation::point_of(const Anchor& anchor) const {
         std::array<Point, 8> corners;
         for (std::size_t c = 0; c < 8; ++c) {
             corners[c] = body.rest[cell[c]];
+        }
+        Bounds box;
+        for (const Point& corner : corners) {
+            box.include(corner);
+        }
+        if (!box.grown(tolerance * body.length_unit).holds(anchor.point)) {
+            continue;
         }
         const std::optional<PlaceInCell> place = place_in_cell(corners, anchor.point);
         if (place && *std::min_element(place->xi.begin(), place->xi.end()) >= -tolerance &&
@@ -201,13 +214,13 @@ void World<T>::Implementation::look(double time_step) {
     std::vector<bool> meets(bodies.size(), false);
     for (std::size_t p = 0; p < pairs.size(); ++p) {
         PairContact<T>& pair = pairs[p];
-        const double before = since_look > 0 ? approach[p] : 0;
+        const double was = since() > 0 ? approach[p] : 0;
         approach[p] = pair.approach();
-        pair.spend(kGrowth * since_look * std::max(before, approach[p]));
+        pair.spend(kGrowth * since() * std::max(was, approach[p]));
         const double way = kGrowth * time_step * approach[p];
         if (!(pair.reach() > way)) { // at least one step must be safe
             stale.push_back(p);
-            if (pair.gap() <= pair.margin(way)) {
+            if (!(pair.gap() > pair.margin(way))) {
                 meets[pair.spec().first] = meets[pair.spec().second] = true;
             }
         }
@@ -226,7 +239,7 @@ void World<T>::Implementation::look(double time_step) {
     std::vector<std::vector<bool>> taken; // by colour and body
     for (std::size_t p = 0; p < pairs.size(); ++p) {
         const double way = kGrowth * time_step * approach[p];
-        if (way > 0) {
+        if (way > 0 && std::isfinite(way)) {
             const double steps = std::min(pairs[p].reach() / way, static_cast<double>(kStepsBetweenLooks));
             until_look = std::min(until_look, std::max(1L, static_cast<long>(steps)));
         }
@@ -246,6 +259,7 @@ void World<T>::Implementation::look(double time_step) {
         colours[colour].push_back(p);
     }
     since_look = 0;
+    before = 0;
 }
 
 /// Each by one thread, or where one of them has most of the work, each by all that its plan chose.
@@ -267,11 +281,11 @@ void World<T>::Implementation::step_bodies(const StepParameters& parameters, lon
 
 template <class T>
 void World<T>::Implementation::touch(double time_step, double gain) {
-    const double since = kGrowth * (since_look + time_step);
+    const double travels = kGrowth * (since() + time_step);
     for (const std::vector<std::size_t>& colour : colours) {
         threads.run(colour.size(), [&](std::size_t p) {
             PairContact<T>& pair = pairs[colour[p]];
-            pair.step(time_step, gain, since * pair.approach());
+            pair.step(time_step, gain, travels * pair.approach());
         });
     }
 }
@@ -287,6 +301,9 @@ void World<T>::Implementation::pull(Tie& tie, double time_step, double gain) con
     if (tie.to.body) {
         to = tie.to.position();
         yields = plus(yields, 1, tie.to.mobility());
+    }
+    if (tie.from.body && tie.from.body == tie.to.body) {
+        yields = plus(yields, -2, tie.from.mobility_with(tie.to));
     }
     Point impulse = {0, 0, 0};
     for (std::size_t a = 0; a < 3; ++a) {
@@ -376,10 +393,16 @@ std::size_t World<T>::remove_cells(std::size_t body, Lattice& lattice, std::span
     i.require(body);
     auto& cut = i.bodies[body];
     const std::size_t removed = cut.dynamics.remove_cells(lattice, cells);
+    cut.cuts = i.inside(body).cuts;
     if (removed > 0) {
         cut.nodes->cells = BodyCells(cell_corners(lattice, *cut.numbers), cut.nodes->rest);
         i.weigh(body);
         i.disturb(body, [](PairContact<T>& pair) { pair.forget(); });
+        for (std::size_t t = 0; t < i.ties.size(); ++t) {
+            if (i.ties[t].there && !(i.ties[t].from.keep_mass() && i.ties[t].to.keep_mass())) {
+                detach(t);
+            }
+        }
     }
     return removed;
 }
@@ -490,10 +513,19 @@ void World<T>::step(const StepParameters& parameters, long count) {
     }
     const StepFactors factors = step_factors(
         parameters, parameters.integrator == Integrator::leapfrog ? std::optional(parameters) : std::nullopt);
-    static_cast<void>(step_constants<T>(factors, 1)); // before anything changes, for what it throws
+    for (std::size_t b = 0; b < i.bodies.size(); ++b) { // before anything changes, for what it throws
+        static_cast<void>(step_constants<T>(factors, i.inside(b).body->length_unit()));
+        if (i.inside(b).cuts != i.bodies[b].cuts) {
+            refuse("cells of body " + std::to_string(b) +
+                   " were removed through the body itself: in a world its own remove_cells() does that");
+        }
+    }
+    static_cast<void>(step_constants<T>(factors, 1));
     i.take_notice();
     const double time_step = parameters.time_step, gain = factors.late_force;
     if (time_step != i.step_length) {
+        i.before = i.since();
+        i.since_look = 0;
         i.step_length = time_step;
         i.until_look = 0;
     }
@@ -512,7 +544,7 @@ void World<T>::step(const StepParameters& parameters, long count) {
         }
         count -= steps;
         i.until_look = std::max(0L, i.until_look - steps);
-        i.since_look += static_cast<double>(steps) * time_step;
+        i.since_look += steps;
     }
     for (std::size_t b = 0; b < i.bodies.size(); ++b) {
         i.bodies[b].steps = i.inside(b).steps;

@@ -466,6 +466,9 @@ HYBMSS_EXPORT hybmss_status hybmss_world_add(hybmss_world* world, const hybmss_b
                                              hybmss_dynamics** dynamics);
 /* Puts a body as it is at rest where the pose brings it: what is at X to position + rotation X. */
 HYBMSS_EXPORT hybmss_status hybmss_world_place(hybmss_world* world, size_t number, const hybmss_pose* pose);
+/* As hybmss_dynamics_remove_cells, which is not for bodies of a world: steps refuse them then. */
+HYBMSS_EXPORT hybmss_status hybmss_world_remove_cells(hybmss_world* world, size_t number, const hybmss_body* body,
+                                                      const uint32_t* cells, size_t count, size_t* removed);
 /* Replaces the contacts. */
 HYBMSS_EXPORT hybmss_status hybmss_world_set_contacts(hybmss_world* world, const hybmss_body_contact* contacts,
                                                       size_t count);

@@ -34,7 +34,7 @@ struct BodyContact {
 
 /// What two bodies did to each other in the last step, and since the contact was set.
 struct BodyContactReading {
-    std::array<double, 3> force = {0, 0, 0};   ///< N, on the first body: the last step's impulse by its time
+    std::array<double, 3> force = {0, 0, 0};   ///< N, on the first body in the last step; of a body on itself none
     std::size_t nodes = 0;                     ///< of either that touched
     double depth = 0;                          ///< m: of the deepest node
     double greatest_depth = 0;                 ///< m: likewise, since the contact was set
@@ -91,8 +91,9 @@ public:
     /// Puts a body as it is at rest where the pose brings it: what is at X, `origin` included, to position + rotation
     /// X, with the pose's velocities. Throws std::invalid_argument for a pose that an obstacle could not have.
     void place(std::size_t body, const RigidPose& pose);
-    /// As ExplicitDynamics::remove_cells(); the faces laid bare are touched, in time proportional to the body. An
-    /// attachment keeps its weights on the nodes of a cell that goes, as long as they belong to others.
+    /// As ExplicitDynamics::remove_cells(), which is not for bodies of a world: step() refuses them then. The faces
+    /// laid bare are touched, in time proportional to the body. Attachments let go of nodes that no cell touches any
+    /// more, and are taken away with their last one.
     std::size_t remove_cells(std::size_t body, Lattice& lattice, std::span<const std::uint32_t> cells);
 
     /// Replaces the contacts, and forgets what friction held. Throws std::invalid_argument for a body that is not

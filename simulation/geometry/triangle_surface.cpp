@@ -348,6 +348,11 @@ std::vector<CutCell> fill_by_volume(SceneBody& body, std::vector<Prism>& prisms,
             }
             const std::size_t cell = column + columns * static_cast<std::size_t>(layer);
             const double fill = std::min(sign * volume, 1.0);
+            if (fill < -kSliver) {
+                throw std::runtime_error(
+                    "a part of it is turned inwards and the rest outwards; fill = \"fraction\" needs "
+                    "them alike");
+            }
             if (layer >= body.cells[2] || !(fill > kStlRounding)) {
                 continue;
             }

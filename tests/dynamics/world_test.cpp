@@ -466,6 +466,57 @@ TEST(World, what_is_placed_beside_another_touches_it_at_once) {
     EXPECT_GT(world.contact_readings().at(0).nodes, 0u);
 }
 
+/// Leapfrog's velocities are made whole where something changes between steps; contact goes on with them.
+TEST(World, contact_outlives_a_change_of_integrator) {
+    std::vector<double> impulses;
+    for (const Integrator first : {Integrator::symplectic_euler, Integrator::leapfrog}) {
+        World<double> world;
+        add_box(world, {4, 4, 4}, {0, 0, 0});
+        add_box(world, {4, 4, 4}, {0.02, 4.1 * kEdge, 0.02});
+        world.set_contacts(std::array{BodyContact{.first = 0, .second = 1}});
+        world.place(1, {.velocity = {0, -1, 0}});
+        const double step = 0.3 * world.critical_time_step();
+        world.step({.time_step = step, .integrator = first}, 5);
+        world.body(0).damp_springs(1e-6);
+        world.step({.time_step = step}, 100);
+        impulses.push_back(world.contact_readings().at(0).impulse[1]);
+        EXPECT_LT(world.contact_readings().at(0).greatest_depth, 0.1 * kEdge);
+    }
+    EXPECT_NEAR(impulses[1], impulses[0], 0.02 * std::abs(impulses[0]));
+}
+
+/// A tie between points of one cell takes account of the nodes that both have.
+TEST(World, points_of_one_cell_are_welded_exactly) {
+    World<double> world;
+    add_box(world, {2, 2, 2}, {0, 0, 0});
+    world.attach({{0, {0.3 * kEdge, 0.4 * kEdge, 0.5 * kEdge}}, {0, {0.6 * kEdge, 0.4 * kEdge, 0.5 * kEdge}}});
+    world.step({0.3 * world.critical_time_step()}, 1);
+    const std::vector<double> u = read(world.body(0), false);
+    const auto at = [&](double xi) { // of the first cell
+        const std::array<double, 8> weights = trilinear_weights({xi, 0.4, 0.5});
+        double x = xi * kEdge;
+        for (std::size_t c = 0; c < 8; ++c) {
+            x += weights[c] * u[3 * ((c & 1) + 3 * ((c >> 1 & 1) + 3 * (c >> 2)))];
+        }
+        return x;
+    };
+    EXPECT_NEAR(at(0.3), at(0.6), 1e-12);
+}
+
+TEST(World, attachments_let_go_of_what_is_cut_away) {
+    World<double> world;
+    Lattice bar = Lattice::box(3, 1, 1, kEdge);
+    world.add(ExplicitDynamics<double>(bar, kSoft), bar);
+    const Vector inside = {0.5 * kEdge, 0.5 * kEdge, 0.5 * kEdge}, corner = {0, 0, 0};
+    const std::size_t held = world.attach({{0, inside}, {{}, inside}, 1000}),
+                      gone = world.attach({{0, corner}, {{}, corner}, 1000});
+    world.remove_cells(0, bar, std::array<std::uint32_t, 1>{0});
+    world.step({0.3 * world.critical_time_step(), {0, -1, 0}, 5}, 3000);
+    const double weight = 10 * 0.1 * mass_of(world.body(0));
+    EXPECT_NEAR(world.attachment_force(held)[1], weight, 0.02 * weight);
+    EXPECT_EQ(world.attachment_force(gone), (Vector{0, 0, 0}));
+}
+
 /// What is cut away touches nothing, and what it laid bare does.
 TEST(World, cuts_lay_bare_what_touches) {
     World<double> world;
@@ -607,6 +658,10 @@ TEST(WorldInput, what_is_not_allowed_is_named) {
     const Lattice other = Lattice::box(2, 1, 1, kEdge);
     EXPECT_NE(said([&] { world.add(ExplicitDynamics<double>(other, kSoft), Lattice::box(1, 1, 1, kEdge)); }), "");
     EXPECT_EQ(world.body_count(), 1u);
+    Lattice cube = Lattice::box(1, 1, 1, kEdge);
+    world.body(0).remove_cells(cube, std::array<std::uint32_t, 1>{0});
+    EXPECT_EQ(said([&] { world.step({0.01}, 1); }), "cells of body 0 were removed through the body itself: in a world "
+                                                    "its own remove_cells() does that");
 }
 
 } // namespace
