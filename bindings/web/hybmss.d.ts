@@ -224,6 +224,8 @@ export class World {
   add(lattice: Lattice, options?: { origin?: Vector; accuracy?: PlanOptions["accuracy"]; layout?: string }): number;
   /** Puts a body as it is at rest to position + rotation X, where it was at X. */
   place(body: number, pose: Pose): void;
+  /** Removes cells of a body; says how many there were. */
+  removeCells(body: number, cells: ArrayLike<number>): number;
   /** Replaces the list. */
   setContacts(contacts: readonly BodyContact[]): void;
   contactReadings(): BodyContactReading[];

@@ -127,6 +127,21 @@ function put(take, Type, numbers) {
 }
 
 const doubles = (address, values) => values.forEach((value, i) => data().setFloat64(address + 8 * i, value, true));
+/** So many numbers, and no others. */
+function vector(name, values, count = 3) {
+  if (values?.length !== count || !Array.prototype.every.call(values, (value) => typeof value === "number")) {
+    throw new HybmssError("invalid argument", `${name} = ${JSON.stringify(values)} is not allowed: it must be ${count} numbers`);
+  }
+  return Array.from(values);
+}
+/** A whole number below 2^bits. */
+function whole(name, value, bits = 32) {
+  if (!Number.isInteger(value) || value < 0 || value >= 2 ** bits) {
+    throw new HybmssError("invalid argument", `${name} = ${value} is not allowed: it must be a whole number below 2^${bits}`);
+  }
+  return value;
+}
+const wholes = (name, values, bits) => Array.from(values, (value) => whole(name, value, bits));
 const read = (address, count) => Array.from(new Float64Array(memory.buffer, address, count));
 
 /** Numbers that the module has and the caller sees: `view` is made anew where memory has grown. */
@@ -276,12 +291,12 @@ export class Lattice extends Handle {
       known("lattice", given, ["cells", "cellSize", "scales", "labels", "material", "materials"]);
       super("body", (slot) =>
         withMemory((take) => {
-          const cells = put(take, Int32Array, given.cells);
+          const cells = put(take, Int32Array, vector("lattice.cells", given.cells));
           const materials = given.materials ?? [given.material];
           const material = take(80 * materials.length);
           materials.forEach((one, i) => writeMaterial(material + 80 * i, one));
           if (given.labels) {
-            const labels = put(take, Uint8Array, given.labels);
+            const labels = put(take, Uint8Array, wholes("label", given.labels, 8));
             call(
               "hybmss_lattice_create_of_materials",
               ...[cells, given.cellSize, labels, given.labels.length, material, materials.length, slot],
@@ -327,7 +342,7 @@ export class Lattice extends Handle {
   without(cells) {
     return new Lattice((slot) =>
       withMemory((take) =>
-        call("hybmss_body_without_cells", this.at, put(take, Uint32Array, cells), cells.length, slot),
+        call("hybmss_body_without_cells", this.at, put(take, Uint32Array, wholes("cell", cells)), cells.length, slot),
       ),
     );
   }
@@ -402,16 +417,18 @@ export class ForcePlan extends Handle {
 
 function writePose(at, pose = {}) {
   known("pose", pose, ["position", "rotation", "velocity", "angularVelocity"]);
-  doubles(at, pose.position ?? [0, 0, 0]);
-  doubles(at + 24, pose.rotation ?? [1, 0, 0, 0, 1, 0, 0, 0, 1]);
-  doubles(at + 96, pose.velocity ?? [0, 0, 0]);
-  doubles(at + 120, pose.angularVelocity ?? [0, 0, 0]);
+  doubles(at, vector("pose.position", pose.position ?? [0, 0, 0]));
+  doubles(at + 24, vector("pose.rotation", pose.rotation ?? [1, 0, 0, 0, 1, 0, 0, 0, 1], 9));
+  doubles(at + 96, vector("pose.velocity", pose.velocity ?? [0, 0, 0]));
+  doubles(at + 120, vector("pose.angularVelocity", pose.angularVelocity ?? [0, 0, 0]));
 }
 
 const shapes = ["plane", "sphere", "box"];
 
-function writeStep(at, { timeStep, acceleration = [0, 0, 0], massDamping = 0, integrator = "symplectic-euler" }) {
-  doubles(at, [timeStep, ...acceleration, massDamping]);
+function writeStep(at, given) {
+  known("step", given, ["timeStep", "acceleration", "massDamping", "integrator"]);
+  const { timeStep, acceleration = [0, 0, 0], massDamping = 0, integrator = "symplectic-euler" } = given;
+  doubles(at, [timeStep, ...vector("step.acceleration", acceleration), massDamping]);
   data().setInt32(at + 40, choice("integrator", integrator, ["symplectic-euler", "leapfrog"]), true);
 }
 
@@ -475,17 +492,20 @@ export class Dynamics extends Handle {
     call("hybmss_dynamics_step", this.at, this.parameters.address, BigInt(count));
   }
   prescribe(nodes) {
-    this.#list("prescribe", nodes, 56, (at, { node, axes = 7, displacement = [0, 0, 0], velocity = [0, 0, 0] }) => {
-      data().setUint32(at, node, true);
-      data().setUint32(at + 4, axes, true);
-      doubles(at + 8, displacement);
-      doubles(at + 32, velocity);
+    this.#list("prescribe", nodes, 56, (at, given) => {
+      known("prescribe", given, ["node", "axes", "displacement", "velocity"]);
+      const { node, axes = 7, displacement = [0, 0, 0], velocity = [0, 0, 0] } = given;
+      data().setUint32(at, whole("prescribe.node", node), true);
+      data().setUint32(at + 4, whole("prescribe.axes", axes), true);
+      doubles(at + 8, vector("prescribe.displacement", displacement));
+      doubles(at + 32, vector("prescribe.velocity", velocity));
     });
   }
   load(loads) {
-    this.#list("load", loads, 32, (at, { node, force }) => {
-      data().setUint32(at, node, true);
-      doubles(at + 8, force);
+    this.#list("load", loads, 32, (at, { node, force, ...rest }) => {
+      known("load", rest, []);
+      data().setUint32(at, whole("load.node", node), true);
+      doubles(at + 8, vector("load.force", force));
     });
   }
   moveObstacles(poses) {
@@ -502,7 +522,7 @@ export class Dynamics extends Handle {
     const write = (at, { shape, dimensions, pose, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }) => {
       known("obstacle", rest, []);
       data().setInt32(at, choice("obstacle.shape", shape, shapes), true);
-      doubles(at + 8, dimensions);
+      doubles(at + 8, vector("obstacle.dimensions", dimensions, shape === "sphere" ? 1 : 3));
       writePose(at + 32, pose);
       doubles(at + 176, [friction, stiffness, frictionDelay]);
     };
@@ -525,7 +545,7 @@ export class Dynamics extends Handle {
   removeCells(cells) {
     return withMemory((take) => {
       const removed = take(4);
-      const list = put(take, Uint32Array, cells);
+      const list = put(take, Uint32Array, wholes("cell", cells));
       call("hybmss_dynamics_remove_cells", this.at, this.lattice.at, list, cells.length, removed);
       return data().getUint32(removed, true);
     });
@@ -570,7 +590,7 @@ export class World extends Handle {
     const all = { ...options, precision: this.precision };
     const lent = (slot) =>
       withMemory((take) => {
-        const low = put(take, Float64Array, origin);
+        const low = put(take, Float64Array, vector("origin", origin));
         call("hybmss_world_add", this.at, lattice.at, planOptions(take, all), low, take(4), slot);
       });
     return this.bodies.push(new Dynamics(lattice, all, lent)) - 1;
@@ -582,13 +602,22 @@ export class World extends Handle {
       call("hybmss_world_place", this.at, body, at);
     });
   }
+  removeCells(body, cells) {
+    return withMemory((take) => {
+      const removed = take(4);
+      const list = put(take, Uint32Array, wholes("cell", cells));
+      const { lattice } = this.bodies[body] ?? this.bodies[0];
+      call("hybmss_world_remove_cells", this.at, body, lattice.at, list, cells.length, removed);
+      return data().getUint32(removed, true);
+    });
+  }
   setContacts(contacts) {
     withMemory((take) => {
       const at = take(32 * contacts.length);
       contacts.forEach(({ first, second, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }, i) => {
         known("contact", rest, []);
-        data().setUint32(at + 32 * i, first, true);
-        data().setUint32(at + 32 * i + 4, second, true);
+        data().setUint32(at + 32 * i, whole("contact.first", first), true);
+        data().setUint32(at + 32 * i + 4, whole("contact.second", second), true);
         doubles(at + 32 * i + 8, [friction, stiffness, frictionDelay]);
       });
       call("hybmss_world_set_contacts", this.at, at, contacts.length);
@@ -611,14 +640,14 @@ export class World extends Handle {
       const [f, t, attachment] = [take(32), take(32), take(4)];
       [from, to].forEach(({ body, point }, i) => {
         data().setUint32([f, t][i], body ?? inSpace, true);
-        doubles([f, t][i] + 8, point);
+        doubles([f, t][i] + 8, vector("point", point));
       });
       call("hybmss_world_attach", this.at, f, t, stiffness, attachment);
       return data().getUint32(attachment, true);
     });
   }
   moveAnchor(attachment, point) {
-    withMemory((take) => call("hybmss_world_move_anchor", this.at, attachment, put(take, Float64Array, point)));
+    withMemory((take) => call("hybmss_world_move_anchor", this.at, attachment, put(take, Float64Array, vector("point", point))));
   }
   attachmentForce(attachment) {
     return withMemory((take) => {
@@ -654,12 +683,16 @@ export class Skin extends Handle {
     this.x = this.block(typeOf(precision), mesh.vertices.length);
     this.n = this.block(typeOf(precision), mesh.vertices.length);
     if (map) {
+      vector("map", map, lattice.nodeCount);
       this.map = this.block(Uint32Array, map.length);
-      this.map.view.set(map);
+      this.map.view.set(wholes("map", map));
     }
   }
   update(dynamics) {
     dynamics.displacements; // as they are now
+    if (this.map && this.map.view.some((node) => node >= dynamics.nodeCount)) {
+      throw new HybmssError("invalid argument", `map names nodes that a body of ${dynamics.nodeCount} does not have`);
+    }
     withMemory((take) => {
       const u = field(take, dynamics.fields.displacements, this.map);
       call("hybmss_skin_update", this.at, u, field(take, this.x), field(take, this.n));

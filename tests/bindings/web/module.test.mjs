@@ -285,6 +285,24 @@ test("a world: what lies on another body weighs on it, and a pointer lifts it", 
   assert.equal(world.bodies[high].velocities[0], 1);
   assert.throws(() => world.place(7, {}), /body 7 is not there: the world has 2/);
   assert.throws(() => world.setContacts([{ first: 0, second: 1, frictoin: 1 }]), /contact.frictoin is not known/);
+  assert.equal(world.removeCells(high, [0, 1]), 2);
   world.free();
   assert.equal(world.bodies[high].velocities[0], 1); // lives on
+});
+
+test("lengths and names of what is given are checked", () => {
+  const lattice = new Lattice({ cells: [2, 1, 1], cellSize: 0.1, material: {} });
+  const body = new Dynamics(lattice);
+  const refused = (work, message) => assert.throws(work, message);
+  const timeStep = 0.5 * body.criticalTimeStep;
+  refused(() => body.step({ timeStep, acceleration: [0, -9.81] }), /step.acceleration = \[0,-9.81\] is not allowed: it must be 3/);
+  refused(() => body.step({ timeStep, mass_damping: 5 }), /step.mass_damping is not known/);
+  refused(() => body.prescribe([{ nodes: 3 }]), /prescribe.nodes is not known/);
+  refused(() => body.prescribe([{ node: 1.5 }]), /prescribe.node = 1.5 is not allowed/);
+  refused(() => body.load([{ node: 0, force: [1, 2, 3, 4] }]), /load.force = .* it must be 3 numbers/);
+  refused(() => body.setObstacles([{ shape: "box", dimensions: [1] }]), /obstacle.dimensions = \[1\]/);
+  refused(() => body.removeCells([-1]), /cell = -1 is not allowed/);
+  const labels = { cells: [2, 1, 1], cellSize: 0.1, labels: [1, 256], materials: [{}] };
+  refused(() => new Lattice(labels), /label = 256 is not allowed: it must be a whole number below 2\^8/);
+  refused(() => new Skin(lattice, lattice.boundaryMesh(), { map: [0] }), /map = \[0\] is not allowed: it must be 12 numbers/);
 });
