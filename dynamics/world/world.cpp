@@ -88,7 +88,7 @@ struct World<T>::Implementation {
     std::size_t add(ExplicitDynamics<T> dynamics, std::vector<Point> rest,
                     std::vector<std::array<std::uint32_t, 8>> cells, std::optional<NodeNumbers> numbers) {
         auto nodes = std::make_unique<WorldBody<T>>();
-        nodes->rest = std::move(rest);
+        nodes->rest.swap(rest);
         nodes->cells = BodyCells(std::move(cells), nodes->rest);
         bodies.push_back({std::move(dynamics), std::move(nodes), std::move(numbers)});
         const std::size_t body = bodies.size() - 1;
