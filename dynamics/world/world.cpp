@@ -38,6 +38,8 @@ std::vector<std::array<std::uint32_t, 8>> cells_of(const Network& network) {
 
 /// Steps at most from one look at where the bodies are to the next.
 constexpr long kStepsBetweenLooks = 16;
+/// Steps from one look to the next, unless bodies are too fast.
+constexpr double kFewSteps = 4;
 /// What speeds may grow by until the next look.
 constexpr double kGrowth = 1.5;
 
@@ -218,7 +220,7 @@ void World<T>::Implementation::look(double time_step) {
         approach[p] = pair.approach();
         pair.spend(kGrowth * since() * std::max(was, approach[p]));
         const double way = kGrowth * time_step * approach[p];
-        if (!(pair.reach() > way)) { // at least one step must be safe
+        if (!(pair.reach() > kFewSteps * way)) { // so that not every pair asks for a look of its own
             stale.push_back(p);
             if (!(pair.gap() > pair.margin(way))) {
                 meets[pair.spec().first] = meets[pair.spec().second] = true;
