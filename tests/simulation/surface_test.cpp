@@ -526,6 +526,12 @@ TEST_F(SurfaceFile, fractions_are_written_explained_and_refused) {
     EXPECT_NE(refused("[body]\nsurface = \"mixed.stl\"\ncell_size = 0.2\nfill = \"fraction\"")
                   .find("some of its triangles are turned outwards and some inwards"),
               std::string::npos);
+    TriangleSurface apart = box({0, 0, 0}, {1, 1, 1}); // each part alike, but not the two
+    append(apart, turned(box({2, 0, 0}, {2.8, 0.8, 0.8})));
+    test::write_text(directory.path() / "apart.stl", binary_stl(apart));
+    EXPECT_NE(refused("[body]\nsurface = \"apart.stl\"\ncell_size = 0.2\nfill = \"fraction\"")
+                  .find("a part of it is turned inwards"),
+              std::string::npos);
 }
 
 } // namespace
