@@ -603,11 +603,14 @@ export class World extends Handle {
     });
   }
   removeCells(body, cells) {
+    if (!(body in this.bodies)) {
+      throw new HybmssError("invalid argument", `body ${body} is not there: the world has ${this.bodies.length}`);
+    }
     return withMemory((take) => {
       const removed = take(4);
       const list = put(take, Uint32Array, wholes("cell", cells));
-      const { lattice } = this.bodies[body] ?? this.bodies[0];
-      call("hybmss_world_remove_cells", this.at, body, lattice.at, list, cells.length, removed);
+      const { at } = this.bodies[body].lattice;
+      call("hybmss_world_remove_cells", this.at, body, at, list, cells.length, removed);
       return data().getUint32(removed, true);
     });
   }

@@ -286,6 +286,7 @@ test("a world: what lies on another body weighs on it, and a pointer lifts it", 
   assert.throws(() => world.place(7, {}), /body 7 is not there: the world has 2/);
   assert.throws(() => world.setContacts([{ first: 0, second: 1, frictoin: 1 }]), /contact.frictoin is not known/);
   assert.equal(world.removeCells(high, [0, 1]), 2);
+  assert.throws(() => new World().removeCells(0, [0]), /body 0 is not there: the world has 0/);
   world.free();
   assert.equal(world.bodies[high].velocities.at(-3), 1); // lives on
 });
