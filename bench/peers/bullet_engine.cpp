@@ -105,7 +105,7 @@ void add_bullet(const Task& task, Field& field) {
         }
         btSoftBody* body = own->body.get();
         body->predictMotion(time_step); // which sets the links up
-        add(reordered ? "Bullet, projected links, in Bullet's best order" : "Bullet, projected links, in our order",
+        add(reordered ? "Bullet, links projected, in its best order" : "Bullet, links projected, in our order",
             "iteration", *body, [own, body](long steps) {
                 for (long s = 0; s < steps; ++s) {
                     btSoftBody::PSolve_Links(body, 1, 0);

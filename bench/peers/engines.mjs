@@ -149,7 +149,7 @@ export async function rapier(cube, load, timeStep) {
     const substeps = place.integrationParameters.numSolverIterations;
     place.integrationParameters.dt = substeps * timeStep;
     return {
-      engine: `Rapier's own cuboid, ${made.numCells()} tetrahedra, ${solver === R.SoftBodySolver.Fem ? "finite elements" : "constraints"}`,
+      engine: `Rapier, ${made.numCells()} tetrahedra, ${solver === R.SoftBodySolver.Fem ? "finite elements" : "constraints"}`,
       numbers: "float",
       does: "tetrahedra",
       unit: "substep",

@@ -155,7 +155,7 @@ private:
 /// `run` sets nothing up anew.
 std::shared_ptr<Lammps> make_lammps(const Task& task) {
     const DataFile data(task);
-    const auto lammps = std::make_shared<Lammps>();
+    auto lammps = std::make_shared<Lammps>();
     std::ostringstream step;
     step << std::setprecision(std::numeric_limits<double>::max_digits10) << task.time_step;
     (*lammps)("units si\n"

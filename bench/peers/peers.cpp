@@ -193,6 +193,12 @@ void measure(int edge, int rounds, Json& report) {
         }
     }
 
+    double wrong = 0;
+    for (const Contender& contender : field.contenders) {
+        wrong += contender.springs == springs.springs.size() ? 0 : 1;
+    }
+    field.checks.push_back({"contenders that count other springs than ours", wrong, 0});
+
     std::vector<Trial> trials;
     for (const Contender& contender : field.contenders) {
         trials.push_back(on_core(contender.steps));
