@@ -102,8 +102,15 @@ Obstacle obstacle_of(const hybmss_obstacle& given) {
     case HYBMSS_BOX:
         obstacle.shape = BoxShape{{d[0], d[1], d[2]}};
         break;
+    case HYBMSS_CAPSULE:
+        if (!(d[1] >= 0)) {
+            throw std::invalid_argument("dimensions[1] = " + std::to_string(d[1]) +
+                                        " is not allowed: the length of a capsule's axis must be at least 0");
+        }
+        obstacle.shape = CapsuleShape{{0, d[1], 0}, d[0]};
+        break;
     default:
-        throw std::invalid_argument("shape = " + std::to_string(given.shape) + " is not allowed: it must be 0 to 2");
+        throw std::invalid_argument("shape = " + std::to_string(given.shape) + " is not allowed: it must be 0 to 3");
     }
     return obstacle;
 }

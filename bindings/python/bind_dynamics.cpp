@@ -174,7 +174,7 @@ py::list to_list(const std::vector<Reading>& readings) {
 }
 
 void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
-    py::class_<Obstacle> obstacle(module, "Obstacle", "A rigid plane, sphere or box that bodies touch.");
+    py::class_<Obstacle> obstacle(module, "Obstacle", "A rigid plane, sphere, box or capsule that bodies touch.");
     obstacle.def_static(
         "plane",
         [](const Vector3& normal, const Vector3& position, double friction) {
@@ -193,6 +193,13 @@ void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
             return Obstacle{.shape = BoxShape{size}, .pose = {.position = position}, .friction = friction};
         },
         py::arg("size"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0);
+    obstacle.def_static(
+        "capsule",
+        [](const Vector3& axis, double radius, const Vector3& position, double friction) {
+            return Obstacle{.shape = CapsuleShape{axis, radius}, .pose = {.position = position}, .friction = friction};
+        },
+        py::arg("axis"), py::arg("radius"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0,
+        "All within a radius of a straight line of the length and direction of `axis` about the position.");
     const auto member = [&obstacle](const char* name, auto RigidPose::*field, const char* words) {
         obstacle.def_property(
             name, [field](const Obstacle& o) { return o.pose.*field; },

@@ -131,8 +131,8 @@ export interface Pose {
 }
 
 export interface Obstacle {
-  shape: "plane" | "sphere" | "box";
-  /** a plane's normal, a sphere's radius, a box's lengths */
+  shape: "plane" | "sphere" | "box" | "capsule";
+  /** a plane's normal, a sphere's radius, a box's lengths; a capsule's radius and the length of its axis, along its y */
   dimensions: readonly number[];
   pose?: Pose;
   friction?: number;

@@ -423,7 +423,8 @@ function writePose(at, pose = {}) {
   doubles(at + 120, vector("pose.angularVelocity", pose.angularVelocity ?? [0, 0, 0]));
 }
 
-const shapes = ["plane", "sphere", "box"];
+const shapes = ["plane", "sphere", "box", "capsule"];
+const dimensionCounts = { sphere: 1, capsule: 2 };
 
 function writeStep(at, given) {
   known("step", given, ["timeStep", "acceleration", "massDamping", "integrator"]);
@@ -522,7 +523,7 @@ export class Dynamics extends Handle {
     const write = (at, { shape, dimensions, pose, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }) => {
       known("obstacle", rest, []);
       data().setInt32(at, choice("obstacle.shape", shape, shapes), true);
-      doubles(at + 8, vector("obstacle.dimensions", dimensions, shape === "sphere" ? 1 : 3));
+      doubles(at + 8, vector("obstacle.dimensions", dimensions, dimensionCounts[shape] ?? 3));
       writePose(at + 32, pose);
       doubles(at + 176, [friction, stiffness, frictionDelay]);
     };

@@ -119,10 +119,20 @@ ObstacleShape checked(const ObstacleShape& shape, std::size_t obstacle) {
         }
         return PlaneShape{{n[0] / size, n[1] / size, n[2] / size}};
     }
-    if (const auto* sphere = std::get_if<SphereShape>(&shape);
-        sphere && (!std::isfinite(sphere->radius) || !(sphere->radius > 0))) {
-        refuse_obstacle(obstacle,
-                        "radius = " + std::to_string(sphere->radius) + " is not allowed: it must be finite and > 0");
+    const auto check_radius = [&](double radius) {
+        if (!std::isfinite(radius) || !(radius > 0)) {
+            refuse_obstacle(obstacle,
+                            "radius = " + std::to_string(radius) + " is not allowed: it must be finite and > 0");
+        }
+    };
+    if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+        check_radius(sphere->radius);
+    }
+    if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
+        check_radius(capsule->radius);
+        if (!std::isfinite(dot(capsule->axis, capsule->axis))) {
+            refuse_obstacle(obstacle, "the axis of its capsule must be finite");
+        }
     }
     if (const auto* box = std::get_if<BoxShape>(&shape)) {
         for (const double size : box->size) {

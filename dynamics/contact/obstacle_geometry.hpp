@@ -106,6 +106,29 @@ inline SurfaceDistance surface_at(const BoxShape& box, const Point& y) {
     return {distance, normal};
 }
 
+/// The point of the axis that is nearest.
+inline Point nearest_on_axis(const CapsuleShape& capsule, const Point& y) {
+    const double square = dot(capsule.axis, capsule.axis);
+    const double part = square > 0 ? std::clamp(dot(y, capsule.axis) / square, -0.5, 0.5) : 0;
+    return {part * capsule.axis[0], part * capsule.axis[1], part * capsule.axis[2]};
+}
+inline double distance_to(const CapsuleShape& capsule, const Point& y) {
+    return length(plus(y, -1, nearest_on_axis(capsule, y))) - capsule.radius;
+}
+inline SurfaceDistance surface_at(const CapsuleShape& capsule, const Point& y) {
+    const Point away = plus(y, -1, nearest_on_axis(capsule, y));
+    const double r = length(away);
+    if (r > 0) {
+        return {r - capsule.radius, {away[0] / r, away[1] / r, away[2] / r}};
+    }
+    // On the axis: at right angles to it, which is the shortest way from everywhere there.
+    const Point& n = capsule.axis;
+    const bool along_x = std::abs(n[0]) > std::abs(n[1]) && std::abs(n[0]) > std::abs(n[2]);
+    const Point out = cross(n, along_x ? Point{0, 1, 0} : Point{1, 0, 0});
+    const double size = length(out);
+    return {-capsule.radius, size > 0 ? Point{out[0] / size, out[1] / size, out[2] / size} : Point{0, 1, 0}};
+}
+
 /// Where a straight way comes in from outside.
 struct Entry {
     double part; ///< of the way that is done there, 0 .. 1
@@ -143,6 +166,24 @@ inline std::optional<Entry> entry(const BoxShape& box, const Point& from, const 
     return in.part >= 0 && in.part < out ? std::optional(in) : std::nullopt;
 }
 
+/// The first entry into a ball about either end or into what is round between them.
+inline std::optional<Entry> entry(const CapsuleShape& capsule, const Point& from, const Point& way) {
+    std::optional<Entry> first;
+    const SphereShape ball = {capsule.radius};
+    for (const double end : {-0.5, 0.5}) {
+        const std::optional<Entry> in = entry(ball, plus(from, -end, capsule.axis), way);
+        first = in && (!first || in->part < first->part) ? in : first;
+    }
+    const double square = dot(capsule.axis, capsule.axis);
+    if (!(square > 0)) {
+        return first;
+    }
+    const auto across = [&](const Point& x) { return plus(x, -dot(x, capsule.axis) / square, capsule.axis); };
+    const std::optional<Entry> in = entry(ball, across(from), across(way));
+    const bool between = in && std::abs(dot(plus(from, in->part, way), capsule.axis)) <= square / 2;
+    return between && (!first || in->part < first->part) ? in : first;
+}
+
 /// How deep a point is at the end of a straight way, and the way out: the nearest, unless it came in by another side or
 /// has gone through, for then it is back there. Above zero: it touches nothing.
 template <class Shape>
@@ -173,6 +214,9 @@ inline double middle_of(const SphereShape& sphere) {
 }
 inline double middle_of(const BoxShape& box) {
     return *std::min_element(box.size.begin(), box.size.end()) / 2;
+}
+inline double middle_of(const CapsuleShape& capsule) {
+    return capsule.radius;
 }
 
 } // namespace hybmss

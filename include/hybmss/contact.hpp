@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Rigid obstacles that a body touches: planes, spheres and boxes, with Coulomb friction.
+/// Rigid obstacles that a body touches: planes, spheres, boxes and capsules, with Coulomb friction.
 
 #include "hybmss/export.h"
 #include "hybmss/lattice.hpp"
@@ -42,7 +42,13 @@ struct BoxShape {
     std::array<double, 3> size = {1, 1, 1}; ///< edge lengths, m, > 0
     bool operator==(const BoxShape&) const = default;
 };
-using ObstacleShape = std::variant<PlaneShape, SphereShape, BoxShape>;
+/// All that is within a radius of a straight line whose middle is the obstacle's position.
+struct CapsuleShape {
+    std::array<double, 3> axis = {0, 1, 0}; ///< from one end of the line to the other, m; of zero length: a ball
+    double radius = 1;                      ///< m, > 0
+    bool operator==(const CapsuleShape&) const = default;
+};
+using ObstacleShape = std::variant<PlaneShape, SphereShape, BoxShape, CapsuleShape>;
 
 /// Where a rigid obstacle is and how it moves on.
 struct RigidPose {

@@ -387,7 +387,8 @@ typedef int32_t hybmss_shape;
 enum {
     HYBMSS_PLANE = 0,  /* dimensions: the normal, to where the body is, of any length */
     HYBMSS_SPHERE = 1, /* dimensions[0]: the radius, m */
-    HYBMSS_BOX = 2     /* dimensions: the lengths of the edges, m */
+    HYBMSS_BOX = 2,    /* dimensions: the lengths of the edges, m */
+    HYBMSS_CAPSULE = 3 /* dimensions[0]: the radius, m; [1]: the length of its axis, along the obstacle's y, m, >= 0 */
 };
 
 typedef struct hybmss_pose {

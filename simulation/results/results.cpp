@@ -163,20 +163,57 @@ TriangleMesh cut_mesh(const TriangleMesh& mesh, const Lattice& whole, const Latt
     return left;
 }
 
+using Matrix = std::array<double, 9>; ///< row by row
+
+/// A rotation that takes the y axis into an axis of any length, or its opposite, which is as good: half a turn about
+/// the line between both.
+Matrix from_y_to(Vector3 axis) {
+    const double length = std::hypot(axis[0], axis[1], axis[2]);
+    if (!(length > 0)) {
+        return {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    }
+    const double sign = axis[1] < 0 ? -1 : 1;
+    const Vector3 n = {sign * axis[0] / length, 1 + sign * axis[1] / length, sign * axis[2] / length};
+    const double square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    Matrix r{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t b = 0; b < 3; ++b) {
+            r[3 * a + b] = 2 * n[a] * n[b] / square - (a == b ? 1 : 0);
+        }
+    }
+    return r;
+}
+
+Matrix product(const Matrix& a, const Matrix& b) {
+    Matrix c{};
+    for (std::size_t i = 0; i < 9; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            c[i] += a[i / 3 * 3 + k] * b[3 * k + i % 3];
+        }
+    }
+    return c;
+}
+
 std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
     const std::vector<RigidPose> poses = simulation.obstacle_poses();
     std::vector<VtuObstacle> drawn;
     for (std::size_t o = 0; o < poses.size(); ++o) {
         const ObstacleShape& shape = simulation.scene().obstacles[o].shape;
         Vector3 size{};
+        std::array<double, 9> rotation = poses[o].rotation;
         if (const auto* plane = std::get_if<PlaneShape>(&shape)) {
             size = plane->normal;
         } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
             size = {sphere->radius, 0, 0};
+        } else if (const auto* box = std::get_if<BoxShape>(&shape)) {
+            size = box->size;
         } else {
-            size = std::get<BoxShape>(shape).size;
+            const auto& capsule = std::get<CapsuleShape>(shape);
+            const double length = std::hypot(capsule.axis[0], capsule.axis[1], capsule.axis[2]);
+            size = {capsule.radius, length, 0};
+            rotation = product(rotation, from_y_to(capsule.axis));
         }
-        drawn.push_back({static_cast<double>(shape.index()), size, poses[o].position, poses[o].rotation});
+        drawn.push_back({static_cast<double>(shape.index()), size, poses[o].position, rotation});
     }
     return drawn;
 }

@@ -13,6 +13,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hybmss {
@@ -128,6 +129,9 @@ std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector
 /// Returns "", or what happened. Looks at plates that lie in one layer of nodes across the axis of their rotation, and
 /// at what is held fast like them.
 std::string lost_turns(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> displacements);
+
+/// The key of [[obstacle]] that gives such a shape.
+std::string_view shape_key(const ObstacleShape& shape);
 
 /// A scene's obstacles made concrete for one body.
 class Obstacles {

@@ -29,10 +29,18 @@ void check_size(const Scene& scene, std::size_t number) {
     const std::string path = "obstacle[" + std::to_string(number) + "].";
     const double h = scene.body.cell_size;
     const ObstacleShape& shape = scene.obstacles[number].shape;
-    if (const auto* sphere = std::get_if<SphereShape>(&shape); sphere && sphere->radius < h) {
-        throw scene_error(scene, path + "sphere.radius",
-                          "it must be at least the cell size, " + std::to_string(h) +
-                              " m: a smaller sphere slips between the body's nodes");
+    const auto check_radius = [&](std::string_view name, double radius) {
+        if (radius < h) {
+            throw scene_error(scene, path + std::string(name) + ".radius",
+                              "it must be at least the cell size, " + std::to_string(h) + " m: a smaller " +
+                                  std::string(name) + " slips between the body's nodes");
+        }
+    };
+    if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+        check_radius("sphere", sphere->radius);
+    }
+    if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
+        check_radius("capsule", capsule->radius);
     }
     if (const auto* box = std::get_if<BoxShape>(&shape);
         box && *std::min_element(box->size.begin(), box->size.end()) < h) {
@@ -43,6 +51,10 @@ void check_size(const Scene& scene, std::size_t number) {
 }
 
 } // namespace
+
+std::string_view shape_key(const ObstacleShape& shape) {
+    return std::array<std::string_view, 4>{"plane", "sphere", "box", "capsule"}[shape.index()];
+}
 
 Obstacles::Obstacles(const Scene& scene, double body_time_step)
     : entries_(scene.obstacles), cell_size_(scene.body.cell_size) {
@@ -110,6 +122,8 @@ double Obstacles::greatest_good_depth(std::size_t obstacle) const {
         middle = sphere->radius;
     } else if (const auto* box = std::get_if<BoxShape>(&shape)) {
         middle = *std::min_element(box->size.begin(), box->size.end()) / 2;
+    } else if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
+        middle = capsule->radius;
     }
     return std::min(cell_size_, middle / 2);
 }

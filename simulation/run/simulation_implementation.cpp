@@ -212,14 +212,9 @@ void Simulation::Implementation::set_obstacles() {
 void Simulation::Implementation::check_start() const {
     const std::vector<NamedObstacleReading> readings = read_obstacles();
     for (std::size_t o = 0; o < readings.size(); ++o) {
-        const ObstacleShape& shape = scene.obstacles[o].shape;
         if (const ObstacleReading& reading = readings[o].reading; reading.depth > scene.body.cell_size) {
             throw scene_error(
-                scene,
-                "obstacle[" + std::to_string(o) + "]." +
-                    (std::holds_alternative<PlaneShape>(shape)    ? "plane"
-                     : std::holds_alternative<SphereShape>(shape) ? "sphere"
-                                                                  : "box"),
+                scene, "obstacle[" + std::to_string(o) + "]." + std::string(shape_key(scene.obstacles[o].shape)),
                 printed("%zu nodes of the body lie in it at the start, up to %.3g m deep; at most a cell, "
                         "%.3g m, is allowed",
                         reading.nodes, reading.depth, scene.body.cell_size));

@@ -330,6 +330,8 @@ constexpr Key<SceneObstacle> kObstacleKeys[] = {
          -1e9, 1e9,
          "[[x, y, z], [x, y, z]], low corner first, each number at most 1e9 in size, each edge at least the cell size"),
      "none", "a cuboid", field<BoxFormat, Cuboid>},
+    {"capsule", "", words("{from = [x, y, z], to = [x, y, z], radius = r}, r at least the cell size"), "none",
+     "a rod with round ends", field<TableFormat<kCapsule>, Capsule>},
     {"friction", "", kFrom0To1e9, "0", "Coulomb's coefficient, sticking and sliding", member<&SceneObstacle::friction>},
     {"stiffness", "Pa/m", above(0, 1e30, "above 0 and at most 1e30"),
      "8 density cell_size / dt^2, dt the body's own stable step",
@@ -342,12 +344,15 @@ constexpr Key<SceneObstacle> kObstacleKeys[] = {
 };
 
 void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
-    const int shapes = given.count("plane", "sphere", "box");
+    const int shapes = given.count("plane", "sphere", "box", "capsule");
     if (shapes == 0) {
-        given.missing("plane", "or sphere or box must be given");
+        given.missing("plane", "or sphere, box or capsule must be given");
     }
     if (shapes > 1) {
-        given.refuse(given.has("box") ? "box" : "sphere", "only one of plane, sphere and box may be given");
+        given.refuse(given.has("capsule") ? "capsule"
+                     : given.has("box")   ? "box"
+                                          : "sphere",
+                     "only one of plane, sphere, box and capsule may be given");
     }
     if (!given.has("name")) {
         obstacle.name = "obstacle_" + std::to_string(given.scene.obstacles.size());
@@ -364,8 +369,8 @@ void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
 
 constexpr KeyTable<SceneObstacle> kObstacle = {
     "obstacle",
-    "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere` "
-    "and `box`. Solved by symplectic-euler or leapfrog.",
+    "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere`, "
+    "`box` and `capsule`. Solved by symplectic-euler or leapfrog.",
     kObstacleKeys, complete_obstacle};
 
 // -- [solver], [output] and [[probe]]
@@ -528,6 +533,7 @@ constexpr SceneTable kTables[] = {
     inner<kSphere>(),
     inner<kPlane>(),
     inner<kBall>(),
+    inner<kCapsule>(),
 };
 
 } // namespace

@@ -126,7 +126,7 @@ inline constexpr Key<HalfSpace> kBehindKeys[] = {
 inline constexpr KeyTable<HalfSpace> kBehind = {"cut.behind", "The value of `behind`.", kBehindKeys, nullptr,
                                                 relate_plane};
 
-// -- [[obstacle]]: three shapes, each of its own keys, to a shape and a position
+// -- [[obstacle]]: its shapes, each of its own keys, to a shape and a position
 
 struct Plane {
     using Owner = SceneObstacle;
@@ -150,40 +150,66 @@ struct Ball {
         obstacle.position = sphere.center;
     }
 };
-struct Cuboid {
-    using Owner = SceneObstacle;
-    /// The corners by the shortest numbers that read as this very size and position: rounding parts most others.
-    static std::optional<BoxRegion> get(const SceneObstacle& obstacle) {
-        const auto* shape = std::get_if<BoxShape>(&obstacle.shape);
-        if (!shape) {
-            return std::nullopt;
-        }
-        BoxRegion box;
-        SceneObstacle read;
-        for (int digits = 1; digits <= 17 && (read.shape != obstacle.shape || read.position != obstacle.position);
-             ++digits) {
-            for (std::size_t a = 0; a < 3; ++a) {
-                box.low[a] = rounded(obstacle.position[a] - shape->size[a] / 2, digits);
-                box.high[a] = rounded(obstacle.position[a] + shape->size[a] / 2, digits);
-            }
-            set(read, box);
-        }
-        return box;
-    }
-    static void set(SceneObstacle& obstacle, const BoxRegion& box) {
-        BoxShape shape;
-        for (std::size_t a = 0; a < 3; ++a) {
-            shape.size[a] = box.high[a] - box.low[a];
-            obstacle.position[a] = (box.low[a] + box.high[a]) / 2;
-        }
-        obstacle.shape = shape;
-    }
+/// Two points, written for an obstacle between them: `middle` is its position.
+struct Ends {
+    Vector3 from, to;
 
-private:
-    static double rounded(double value, int digits) {
+    Vector3 middle() const { return {(from[0] + to[0]) / 2, (from[1] + to[1]) / 2, (from[2] + to[2]) / 2}; }
+    Vector3 extent() const { return {to[0] - from[0], to[1] - from[1], to[2] - from[2]}; }
+};
+/// By the shortest numbers that read as this very middle and extent: rounding parts most others.
+inline Ends ends_of(const Vector3& middle, const Vector3& extent) {
+    const auto rounded = [](double value, int digits) {
         char text[40];
         std::snprintf(text, sizeof text, "%.*e", digits - 1, value);
         return std::strtod(text, nullptr);
+    };
+    Ends ends;
+    for (int digits = 1; digits <= 17; ++digits) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            ends.from[a] = rounded(middle[a] - extent[a] / 2, digits);
+            ends.to[a] = rounded(middle[a] + extent[a] / 2, digits);
+        }
+        if (ends.middle() == middle && ends.extent() == extent) {
+            break;
+        }
+    }
+    return ends;
+}
+struct Cuboid {
+    using Owner = SceneObstacle;
+    static std::optional<BoxRegion> get(const SceneObstacle& obstacle) {
+        const auto* box = std::get_if<BoxShape>(&obstacle.shape);
+        if (!box) {
+            return std::nullopt;
+        }
+        const Ends corners = ends_of(obstacle.position, box->size);
+        return BoxRegion{corners.from, corners.to};
+    }
+    static void set(SceneObstacle& obstacle, const BoxRegion& box) {
+        const Ends corners = {box.low, box.high};
+        obstacle.shape = BoxShape{corners.extent()};
+        obstacle.position = corners.middle();
+    }
+};
+struct CapsuleEnds {
+    Vector3 from = {0, 0, 0}, to = {0, 0, 0};
+    double radius = 0;
+};
+struct Capsule {
+    using Owner = SceneObstacle;
+    static std::optional<CapsuleEnds> get(const SceneObstacle& obstacle) {
+        const auto* capsule = std::get_if<CapsuleShape>(&obstacle.shape);
+        if (!capsule) {
+            return std::nullopt;
+        }
+        const Ends ends = ends_of(obstacle.position, capsule->axis);
+        return CapsuleEnds{ends.from, ends.to, capsule->radius};
+    }
+    static void set(SceneObstacle& obstacle, const CapsuleEnds& capsule) {
+        const Ends ends = {capsule.from, capsule.to};
+        obstacle.shape = CapsuleShape{ends.extent(), capsule.radius};
+        obstacle.position = ends.middle();
     }
 };
 
@@ -200,5 +226,14 @@ inline constexpr Key<SphereRegion> kBallKeys[] = {
     {"radius", "m", above(0, 1e9, "above 0 and at most 1e9"), "required", "its radius", member<&SphereRegion::radius>},
 };
 inline constexpr KeyTable<SphereRegion> kBall = {"obstacle.sphere", "The value of an obstacle's `sphere`.", kBallKeys};
+
+inline constexpr Key<CapsuleEnds> kCapsuleKeys[] = {
+    {"from", "m", kBounded, "required", "one end of its axis", member<&CapsuleEnds::from>},
+    {"to", "m", kBounded, "required", "the other end", member<&CapsuleEnds::to>},
+    {"radius", "m", above(0, 1e9, "above 0 and at most 1e9"), "required", "all that is as near to the axis is solid",
+     member<&CapsuleEnds::radius>},
+};
+inline constexpr KeyTable<CapsuleEnds> kCapsule = {"obstacle.capsule", "The value of `capsule`: a rod with round ends.",
+                                                   kCapsuleKeys};
 
 } // namespace hybmss::scene_format

@@ -696,10 +696,19 @@ static void obstacles_and_cuts(void) {
     REFUSED(hybmss_dynamics_obstacle_readings(dynamics, &reading, 2), "2 values given, 1 needed");
     REFUSED(hybmss_dynamics_obstacle_readings(dynamics, NULL, 1), "readings is null");
     REFUSED(hybmss_dynamics_obstacle_readings(NULL, &reading, 1), "dynamics is null");
-    floor.shape = 3;
-    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "shape = 3");
+    floor.shape = 4;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "shape = 4");
     floor.shape = HYBMSS_SPHERE;
     REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "radius");
+    floor.shape = HYBMSS_CAPSULE, floor.dimensions[0] = 1, floor.dimensions[1] = -1;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "dimensions[1] = -1");
+    hybmss_dynamics_destroy(dynamics);
+    OK(hybmss_dynamics_create(body, HYBMSS_DOUBLE, NULL, &dynamics));
+    /* along y, with its upper end half a metre above the corner at the origin */
+    floor.dimensions[1] = 4, floor.pose.position[1] = -2.5, floor.pose.position[2] = 0;
+    OK(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1));
+    OK(hybmss_dynamics_obstacle_readings(dynamics, &reading, 1));
+    EXPECT(fabs(reading.depth - 0.5) < 1e-12);
     floor.shape = HYBMSS_BOX, floor.dimensions[0] = 1, floor.dimensions[1] = 1;
     OK(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1));
     OK(hybmss_dynamics_set_obstacles(dynamics, body, NULL, 0));

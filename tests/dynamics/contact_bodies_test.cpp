@@ -1,5 +1,6 @@
 /// Shapes of obstacles, layouts, threads, cuts and input of contact.
 
+#include "dynamics/contact/obstacle_geometry.hpp"
 #include "tests/dynamics/touching_body.hpp"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 
 namespace hybmss {
@@ -38,6 +40,8 @@ TYPED_TEST(ContactBodies, every_shape_pushes_out) {
         at(BoxShape{{h, h, h}}, {h / 2, h / 2, h / 2}), // all nodes on corners
         at(BoxShape{{2 * h, 2 * h, 2 * h}}, {0, 0, 0}), // nodes on edges, faces and a corner
         at(PlaneShape{{1, 1, 1}}, {h, h, h}),
+        at(CapsuleShape{{3 * h, 0, 0}, h / 2}, {0, 0, 0}),        // two nodes on its axis
+        at(CapsuleShape{{0, h, h}, h}, {h / 2, -0.9 * h, h / 2}), //
     };
     for (std::size_t o = 0; o < obstacles.size(); ++o) {
         TouchingBody<TypeParam> body(cell, {obstacles[o]});
@@ -67,6 +71,127 @@ TEST(ContactShapes, a_turned_box_pushes_as_a_turned_body_feels_it) {
     for (std::size_t i = 0; i < u.size(); ++i) {
         EXPECT_NEAR(u[i], w[i], 1e-14);
     }
+}
+
+/// Against the least distance from many points of the axis, its gradient, and the first step inside along a way.
+TEST(ContactShapes, a_capsule_is_all_within_a_radius_of_its_axis) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> in(-1, 1);
+    const auto point = [&](double size) { return Vector{size * in(random), size * in(random), size * in(random)}; };
+    int entered = 0, at_an_end = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const CapsuleShape capsule = {i % 50 == 0 ? Vector{0, 0, 0} : point(1.5), 0.2 + 0.3 * std::abs(in(random))};
+        const Vector y = point(1.5);
+        const auto along = [&](double part) { return length(plus(y, -part, capsule.axis)); };
+        double least = std::numeric_limits<double>::infinity(), where = 0;
+        for (int s = -500; s <= 500; ++s) {
+            if (const double d = along(s / 1000.0); d < least) {
+                least = d;
+                where = s / 1000.0;
+            }
+        }
+        at_an_end += std::abs(where) == 0.5;
+        const SurfaceDistance surface = surface_at(capsule, y);
+        EXPECT_EQ(surface.distance, distance_to(capsule, y));
+        EXPECT_NEAR(surface.distance, least - capsule.radius, 1e-5);
+        EXPECT_LE(surface.distance, least - capsule.radius + 1e-12);
+        EXPECT_NEAR(length(surface.normal), 1, 1e-14);
+        for (std::size_t a = 0; a < 3; ++a) {
+            Vector more = y, less = y;
+            more[a] += 1e-5;
+            less[a] -= 1e-5;
+            EXPECT_NEAR(surface.normal[a], (distance_to(capsule, more) - distance_to(capsule, less)) / 2e-5, 1e-5);
+        }
+        const Vector way = point(3);
+        if (surface.distance < 0) {
+            continue;
+        }
+        double first = 2;
+        for (int s = 0; s <= 1000 && first > 1; ++s) {
+            first = distance_to(capsule, plus(y, s / 1000.0, way)) < 0 ? s / 1000.0 : first;
+        }
+        const std::optional<Entry> found = entry(capsule, y, way);
+        if (first <= 1) {
+            ++entered;
+            ASSERT_TRUE(found) << i;
+            EXPECT_LE(found->part, first);
+        }
+        if (found) { // it may leave again before the next of the points above
+            const Vector place = plus(y, found->part, way);
+            EXPECT_NEAR(distance_to(capsule, place), 0, 1e-12);
+            EXPECT_NEAR(length(plus(found->normal, -1, surface_at(capsule, place).normal)), 0, 1e-11);
+            EXPECT_LT(dot(found->normal, way), 0);
+            if (first <= 1) {
+                EXPECT_GT(found->part, first - 0.0011);
+            }
+        }
+    }
+    EXPECT_GT(entered, 100);
+    EXPECT_GT(at_an_end, 300);
+    for (const Vector axis : {Vector{0, 1, 0}, Vector{2, 0, 0}, Vector{0, 0, 0}, Vector{1, -1, 1}}) {
+        const SurfaceDistance middle = surface_at(CapsuleShape{axis, 0.5}, {0, 0, 0});
+        EXPECT_EQ(middle.distance, -0.5);
+        EXPECT_NEAR(length(middle.normal), 1, 1e-15);
+        EXPECT_NEAR(dot(middle.normal, axis), 0, 1e-15);
+    }
+}
+
+TEST(ContactShapes, a_capsule_without_length_is_a_ball_and_its_axis_turns_with_its_pose) {
+    const auto moved = [](const Obstacle& obstacle) {
+        TouchingBody<double> body(Lattice::box(3, 3, 3, kEdge), {obstacle});
+        body.set_velocity({0.2, -2, 0.1});
+        body.dynamics.step({body.time_step, {0, -10, 0}}, 300);
+        EXPECT_LT(body.dynamics.obstacle_readings().at(0).impulse[1] * -1, 0);
+        return body.displacements();
+    };
+    const auto expect_near = [](const std::vector<double>& a, const std::vector<double>& b) {
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            ASSERT_NEAR(a[i], b[i], 1e-12) << i;
+        }
+    };
+    Obstacle ball = {.shape = SphereShape{0.3}, .pose = {.position = {0.2, -0.29, 0.1}}, .friction = 0.4};
+    Obstacle rod = ball;
+    rod.shape = CapsuleShape{{0, 0, 0}, 0.3};
+    expect_near(moved(rod), moved(ball));
+    rod.shape = CapsuleShape{{0.3, 0, 0.4}, 0.3};
+    Obstacle turned = rod; // by a quarter about z
+    turned.shape = CapsuleShape{{0, -0.3, 0.4}, 0.3};
+    turned.pose.rotation = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+    const std::vector<double> straight = moved(rod);
+    expect_near(moved(turned), straight);
+    EXPECT_GT(std::abs(straight[0] - moved(ball)[0]), 1e-3);
+}
+
+/// A bar lies across two rollers: each bears half of its weight. They turn, and carry it along as fast as they go
+/// round.
+TYPED_TEST(ContactBodies, rollers_bear_a_bar_and_carry_it_along) {
+    const double radius = 0.25, turns = 2, gravity = 10, friction = 0.5;
+    std::vector<Obstacle> rollers;
+    for (const double x : {0.5 * kEdge, 7.5 * kEdge}) {
+        rollers.push_back({.shape = CapsuleShape{{0, 0, 2}, radius},
+                           .pose = {.position = {x, -radius, kEdge / 2}},
+                           .friction = friction});
+    }
+    TouchingBody<TypeParam> body(Lattice::box(8, 1, 1, kEdge), rollers);
+    const StepParameters step{body.time_step, {0, -gravity, 0}, 0};
+    body.dynamics.step({body.time_step, {0, -gravity, 0}, 60}, 4000);
+    const double weight = body.mass() * gravity;
+    const std::vector<ObstacleReading> rest = body.dynamics.obstacle_readings();
+    EXPECT_NEAR(rest[0].force[1], weight / 2, 1e-3 * weight);
+    EXPECT_NEAR(rest[1].force[1], weight / 2, 1e-3 * weight);
+    std::vector<RigidPose> poses = {rollers[0].pose, rollers[1].pose};
+    for (RigidPose& pose : poses) {
+        pose.angular_velocity = {0, 0, -turns};
+    }
+    body.dynamics.move_obstacles(poses);
+    const double speed = turns * radius, slip = speed / (friction * gravity);
+    body.dynamics.step(step, std::lround(2 * slip / step.time_step));
+    EXPECT_NEAR(body.mean(body.velocities())[0], speed, 0.1 * speed);
+    double impulse = 0;
+    for (const ObstacleReading& reading : body.dynamics.obstacle_readings()) {
+        impulse += reading.impulse[0];
+    }
+    EXPECT_NEAR(impulse, body.mass() * body.mean(body.velocities())[0], 1e-4 * body.mass() * speed);
 }
 
 /// A ball on a turning plate is carried along: its centre goes round with the plate's surface.
@@ -298,6 +423,8 @@ TEST(ContactInput, bad_ones_are_refused) {
     refuse({.shape = PlaneShape{{0, nan, 0}}});
     refuse({.shape = SphereShape{0}});
     refuse({.shape = BoxShape{{1, -1, 1}}});
+    refuse({.shape = CapsuleShape{.radius = -1}});
+    refuse({.shape = CapsuleShape{.axis = {0, nan, 0}}});
     refuse({.shape = PlaneShape{}, .friction = -0.1});
     refuse({.shape = PlaneShape{}, .stiffness = nan});
     refuse({.shape = PlaneShape{}, .friction_delay = -1});

@@ -194,8 +194,9 @@ TYPED_TEST(Contact, nothing_passes_a_thin_obstacle_between_two_steps) {
     const double speed = 500; // five cells a step
     const BoxShape plate{{3, kEdge, 3}};
     const SphereShape ball{1.5 * kEdge};
+    const CapsuleShape rod{{3, 0, 0}, kEdge};
     for (const bool body_flies : {true, false}) {
-        for (const ObstacleShape& shape : {ObstacleShape(plate), ObstacleShape(ball)}) {
+        for (const ObstacleShape& shape : {ObstacleShape(plate), ObstacleShape(ball), ObstacleShape(rod)}) {
             SCOPED_TRACE(std::to_string(shape.index()) + (body_flies ? " hit" : " hits"));
             TouchingBody<TypeParam> body(Lattice::box(3, 3, 3, kEdge), {below(shape, {0, body_flies ? 0 : speed, 0})});
             ASSERT_GT(speed * body.time_step, 3 * kEdge);

@@ -130,6 +130,32 @@ TEST(ContactScene, rests_with_its_weight_on_the_floor) {
     EXPECT_EQ(drawn, (std::vector<double>{0, 0, 3, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
 }
 
+/// A cube rests on a rod that stands slightly oblique; its picture is along its axis.
+TEST(ContactScene, a_capsule_bears_a_cube_and_is_drawn) {
+    const test::TemporaryDirectory directory;
+    const std::string rod = "[[obstacle]]\nname = \"rod\"\ncapsule = {from = [-3, -0.5, 0.2], to = [3, -0.5, 0.2], "
+                            "radius = 0.5}\nfriction = 1\n";
+    test::write_text(directory.path() / "s.toml", kCube +
+                                                      "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = "
+                                                      "20\n" +
+                                                      rod + "[solver]\nduration = 1\n");
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
+    EXPECT_NEAR(json.at("obstacles").at("rod").at("force").at(1).get<double>(), 640, 1);
+    const std::vector<double> drawn =
+        test::vtu_array<double>(test::read_text(directory.path() / "r/body_0000.vtu"), "obstacles");
+    ASSERT_EQ(drawn.size(), 16u);
+    EXPECT_EQ(std::vector<double>(drawn.begin(), drawn.begin() + 7), (std::vector<double>{3, 0.5, 6, 0, 0, -0.5, 0.2}));
+    for (std::size_t a = 0; a < 3; ++a) { // y goes into x or its opposite
+        EXPECT_NEAR(std::abs(drawn[8 + 3 * a]), a == 0 ? 1 : 0, 1e-15);
+    }
+    const double* r = &drawn[7];
+    EXPECT_NEAR(r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
+                    r[2] * (r[3] * r[7] - r[4] * r[6]),
+                1, 1e-14);
+}
+
 /// The columns of a csv file by their names.
 std::map<std::string, std::vector<double>> columns(const std::string& csv) {
     std::istringstream lines(csv);

@@ -229,6 +229,9 @@ def test_world(dtype):
     lower, upper = world.add(cube, firm), world.add(cube, firm, (0.02, 0.3, 0.02))
     assert len(world) == 2
     ground = hybmss.Obstacle.plane((0, 1, 0), friction=0.5)
+    rod = hybmss.Obstacle.capsule((0.5, 0, 0), 0.2, position=(0.1, -0.1, 0.1))
+    world[lower].set_obstacles(cube, [rod])
+    assert world[lower].obstacle_readings[0]["depth"] == pytest.approx(0.1)
     world[lower].set_obstacles(cube, [ground])
     world.touch([(lower, upper)], friction=0.5)
     step = 0.5 * world.critical_time_step

@@ -172,7 +172,7 @@ struct Cut {
 struct SceneObstacle {
     std::string name;                           ///< in the results
     ObstacleShape shape;                        ///< m
-    std::array<double, 3> position = {0, 0, 0}; ///< m, at time 0: a point of the plane, the middle of a sphere or box
+    std::array<double, 3> position = {0, 0, 0}; ///< m, at time 0: a point of the plane, the middle of another
     double friction = 0;                        ///< Coulomb's coefficient
     std::optional<double> stiffness; ///< Pa/m: pressure by depth on a flat surface; by default the body's own
     std::optional<std::array<double, 3>> translate; ///< m

@@ -150,7 +150,9 @@ test("wrong values are refused in one line that says what is allowed", () => {
   refused(() => body.step({ timeStep: 0 }), /time_step/);
   refused(() => (body.displacements = [1, 2, 3]), /3 values given, 81 needed/);
   refused(() => body.prescribe([{ node: 99 }]), /node/);
-  refused(() => body.setObstacles([{ shape: "cone", dimensions: [1, 1, 1] }]), /plane, sphere, box/);
+  refused(() => body.setObstacles([{ shape: "cone", dimensions: [1, 1, 1] }]), /plane, sphere, box, capsule/);
+  refused(() => body.setObstacles([{ shape: "capsule", dimensions: [1] }]), /obstacle.dimensions/);
+  body.setObstacles([{ shape: "capsule", dimensions: [0.1, 0.3], pose: { position: [0.1, -1, 0.1] } }]);
   refused(() => body.removeCells([8]), /8/);
   refused(() => lattice.without([8]), /cell 8/);
   body.free();
