@@ -81,11 +81,30 @@ class Reports(unittest.TestCase):
     def test_what_was_written_is_shown_again(self):
         self.assertEqual(shown(json.loads(json.dumps(self.data))), shown(self.data))
 
+    def test_a_place_that_fails_loses_nothing_of_the_other_but_is_a_failure(self):
+        def fails(*_):
+            raise RuntimeError("no compiler")
+        data = peers.collect([copy.deepcopy(NATIVE), peers.attempt("node", fails, [10], 5, [])])
+        self.assertEqual(len(data["tables"][0]["rows"]), len(NATIVE["rows"]))
+        status, out, _ = shown(data)
+        self.assertEqual(status, 1)
+        self.assertIn("left out: everything (node): no compiler\n", out)
+
     def test_a_command_that_fails_is_one_line(self):
         with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(RuntimeError) as problem:
             peers.run(["sh", "-c", "echo first >&2; echo last >&2; exit 3"])
         self.assertIn("exit code 3: last", str(problem.exception))
         self.assertNotIn("\n", str(problem.exception))
+
+
+class Command(unittest.TestCase):
+    def test_refusals_say_what_was_given(self):
+        for words, reason in ((["--cells", "101"], "--cells [101]"), (["--rounds", "0"], "--rounds 0"),
+                              (["--from", "/nowhere"], "--from /nowhere"), (["--from", __file__], "--from ")):
+            done = subprocess.run([ROOT / "scripts/peers", *words], capture_output=True, text=True, check=False)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertNotIn("Traceback", done.stderr)
+            self.assertIn(reason, done.stderr.splitlines()[-1])
 
 
 class Native(unittest.TestCase):
