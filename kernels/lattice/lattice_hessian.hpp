@@ -129,7 +129,7 @@ template <Accuracy accuracy, SpringLaw law, class V, int corners, class... Sprin
 HYBMSS_INLINE void add_spring_blocks(SpringGroup<Springs...>, const Vector3<V> (&u)[corners], const V (&k)[7],
                                      const StiffeningConstants<Scalar<V>>& constants,
                                      Symmetric3<V> (&blocks)[corners]) {
-    const auto add = [&](auto spring) {
+    const auto add = [&](auto spring) HYBMSS_INLINE_BODY {
         using Spring = decltype(spring);
         const Vector3<V> du = u[Spring::b] - u[Spring::a];
         const V s = Spring::stretch(du);

@@ -29,7 +29,7 @@ HYBMSS_INLINE SpringProducts<V, Springs...> spring_products(SpringGroup<Springs.
     V t[sizeof...(Springs)];
     one_minus_rsqrt<accuracy>(s, t);
     int i = 0;
-    const auto multiply = [&](auto spring) {
+    const auto multiply = [&](auto spring) HYBMSS_INLINE_BODY {
         using Spring = decltype(spring);
         const Vector3<V> d = Spring::vector(u[Spring::b] - u[Spring::a]);
         Vector3<V> difference;
