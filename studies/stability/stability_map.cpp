@@ -75,16 +75,24 @@ StableRange stable_range(const Material& material, Stretching stretching) {
     return {threshold(material, stretching, kLeastStretch), threshold(material, stretching, kGreatestStretch)};
 }
 
+std::vector<MapSprings> map_springs() {
+    std::vector<MapSprings> all;
+    for (const double ratio : kFaceDiagonalRatios) {
+        all.push_back({SpringForm::nodes, ratio});
+    }
+    for (const double ratio : {0.0, 1.0}) {
+        all.push_back({SpringForm::means, ratio});
+    }
+    return all;
+}
+
 std::vector<MapRow> stability_map(const std::function<void(double)>& progress) {
     constexpr std::array kEnergies = {VolumeEnergy::mean_stretch, VolumeEnergy::quadratic};
     std::vector<MapRow> rows;
     for (const VolumeEnergy energy : kEnergies) {
         for (const double nu : kPoissonRatios) {
-            for (const double ratio : kFaceDiagonalRatios) {
-                rows.push_back({map_material(nu, ratio, energy), {}});
-            }
-            for (const double ratio : {0.0, 1.0}) {
-                rows.push_back({map_material(nu, ratio, energy, SpringForm::means), {}});
+            for (const auto& [form, ratio] : map_springs()) {
+                rows.push_back({map_material(nu, ratio, energy, form), {}});
             }
         }
     }
@@ -107,24 +115,27 @@ std::vector<MapSheet> stability_sheets(const std::function<void(double)>& progre
     for (int s = 0; s < kStretches; ++s) {
         all_stretches.push_back(0.4 + 0.05 * s);
     }
-    constexpr double kCount = static_cast<double>(kFaceDiagonalRatios.size() * kStretchings.size()) * kRatios;
+    const std::vector<MapSprings> lattices = map_springs();
+    const double count = static_cast<double>(lattices.size() * kStretchings.size()) * kRatios;
     std::vector<MapSheet> sheets;
     double done = 0;
     for (const Stretching stretching : kStretchings) {
-        for (const double ratio : kFaceDiagonalRatios) {
+        for (const MapSprings& springs : lattices) {
+            const auto material = [&](double nu, VolumeEnergy energy) {
+                return map_material(nu, springs.face_diagonal_ratio, energy, springs.form);
+            };
             MapSheet& sheet = sheets.emplace_back();
-            sheet = {ratio, stretching, ratios, all_stretches, {}, {}, {}};
+            sheet = {springs, stretching, ratios, all_stretches, {}, {}, {}};
             for (const double nu : ratios) {
-                const Material material = map_material(nu, ratio, VolumeEnergy::automatic);
+                const Material automatic = material(nu, VolumeEnergy::automatic);
                 for (const double stretch : all_stretches) {
-                    const auto wave = weakest_wave_at(material, stretching, stretch);
+                    const auto wave = weakest_wave_at(automatic, stretching, stretch);
                     sheet.relative_stiffness.push_back(wave ? wave->relative_stiffness
                                                             : std::numeric_limits<double>::quiet_NaN());
                 }
-                sheet.ranges.push_back(stable_range(material, stretching));
-                sheet.quadratic_ranges.push_back(
-                    stable_range(map_material(nu, ratio, VolumeEnergy::quadratic), stretching));
-                progress(++done / kCount);
+                sheet.ranges.push_back(stable_range(automatic, stretching));
+                sheet.quadratic_ranges.push_back(stable_range(material(nu, VolumeEnergy::quadratic), stretching));
+                progress(++done / count);
             }
         }
     }
@@ -239,7 +250,8 @@ nlohmann::ordered_json sheets_json(const std::vector<MapSheet>& sheets) {
     };
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const MapSheet& sheet : sheets) {
-        all.push_back({{"face_diagonal_ratio", sheet.face_diagonal_ratio},
+        all.push_back({{"springs", name(sheet.springs.form)},
+                       {"face_diagonal_ratio", sheet.springs.face_diagonal_ratio},
                        {"loading", name(sheet.stretching)},
                        {"poisson_ratios", sheet.poisson_ratios},
                        {"stretches", sheet.stretches},

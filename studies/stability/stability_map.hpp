@@ -54,6 +54,14 @@ inline constexpr double kLeastStretch = 0.3, kGreatestStretch = 2.5;
 inline constexpr std::array kPoissonRatios = {-0.9, -0.5, 0.0, 0.25, 0.4, 0.49, 0.499, 0.4999};
 inline constexpr std::array kFaceDiagonalRatios = {0.0, 0.1, 1.0, 10.0};
 
+/// The lattices that the map asks about: springs between nodes by every A, on means by the one without face diagonals
+/// and the paper's.
+struct MapSprings {
+    SpringForm form;
+    double face_diagonal_ratio;
+};
+std::vector<MapSprings> map_springs();
+
 /// Stiffnesses are relative to G (see Wave); those this near to zero are rounding, and count as neutral, not unstable.
 inline constexpr double kNeutral = 1e-9;
 
@@ -81,12 +89,12 @@ struct MapRow {
     std::array<StableRange, kStretchings.size()> ranges;
 };
 
-/// Rows for every nu, A and both volume energies; on means for A = 0 and 1. `progress` gets the share done.
+/// Rows for every nu, lattice and both volume energies. `progress` gets the share done.
 std::vector<MapRow> stability_map(const std::function<void(double)>& progress);
 
 /// The values of one panel of the picture.
 struct MapSheet {
-    double face_diagonal_ratio;
+    MapSprings springs;
     Stretching stretching;
     std::vector<double> poisson_ratios, stretches;
     /// Of the weakest wave, with the automatic volume energy, stretches fastest; NaN where the loading has no state.
