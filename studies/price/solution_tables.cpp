@@ -249,28 +249,44 @@ std::string range_text(std::vector<double> ratios) {
                        ratios.back(), ratios.size());
 }
 
-/// Each point of a way beside the static solve at the same error.
+/// A static solve that others stand beside at equal error.
+struct Beside {
+    const char *key, *heading;
+    Way way;
+};
+
+/// Each point of a way beside the static solves at the same error: of CalculiX those of both forms, of settling those
+/// of the form that settles.
 Table equal_error_table(const Solutions& solutions, bool of_calculix) {
+    std::vector<Beside> all = {{"double", "static double, s", static_in(Precision::float64)},
+                               {"float", "static float, s", static_in(Precision::float32)}};
+    if (of_calculix) {
+        all.push_back({"m_double", "M, double, s", static_in(Precision::float64, paper::Model::hybmss_m)});
+        all.push_back({"m_float", "M, float, s", static_in(Precision::float32, paper::Model::hybmss_m)});
+    }
     Table table{of_calculix ? "calculix" : "settling",
                 of_calculix ? "At equal error: CalculiX and the static solve"
                             : "At equal error: settling in time and the static solve",
-                {"Each point beside the static solve of HybMSS at the same error, found on straight lines between its "
-                 "meshes in the logarithms of error and time. \"-\": its finest mesh does not reach that error."},
+                {std::string("Each point beside the static solve of HybMSS") +
+                 (of_calculix ? ", and of HybMSS-M (M)," : "") +
+                 " at the same error, found on straight lines between its meshes in the logarithms of error and time. "
+                 "\"-\": its finest mesh does not reach that error." +
+                 (of_calculix ? " Where M's coarsest mesh, 2 cells across, is better already, it stands there." : "")},
                 {{"problem", "problem"},
                  {"quantity", "quantity"},
                  {"way", "way"},
                  {"precision", "type"},
                  {"mesh", "mesh"},
                  {"error", "error, %", -3},
-                 {"seconds", "s", -3},
-                 {"static_double", "static double, s", -3},
-                 {"ratio_double", "times", -3},
-                 {"static_float", "static float, s", -3},
-                 {"ratio_float", "times", -3}},
+                 {"seconds", "s", -3}},
                 {},
                 {}};
-    std::vector<std::string> ways;
-    std::vector<std::vector<double>> ratios;
+    for (const auto& [key, heading, way] : all) {
+        table.columns.push_back({std::string("static_") + key, heading, -3});
+        table.columns.push_back({std::string("ratio_") + key, "times", -3});
+    }
+    // By the way and what it stands beside, in the order met.
+    std::vector<std::pair<std::string, std::vector<double>>> ratios;
     for (std::size_t r = 0; r < solutions.references.size(); ++r) {
         const Reference& reference = solutions.references[r];
         const std::vector<Point>& points = solutions.points[r];
@@ -285,29 +301,39 @@ Table equal_error_table(const Solutions& solutions, bool of_calculix) {
                     continue;
                 }
                 const double error = point.errors[q];
-                const double seconds[] = {cost_at(points, static_in(Precision::float64), q, error).seconds,
-                                          cost_at(points, static_in(Precision::float32), q, error).seconds};
-                table.rows.push_back({std::string(paper::name(reference.kind)), quantities[q], name(point.way),
-                                      of_calculix ? Cell() : Cell(std::string(name(point.way.precision))),
-                                      mesh_text(reference.kind, point.across), 100 * error, point.seconds, seconds[0],
-                                      point.seconds / seconds[0], seconds[1], point.seconds / seconds[1]});
-                const std::string way =
-                    name(point.way) + (of_calculix ? "" : " in " + std::string(name(point.way.precision)));
-                auto at = std::find(ways.begin(), ways.end(), way);
-                if (at == ways.end()) {
-                    at = ways.insert(ways.end(), way);
-                    ratios.emplace_back();
+                std::vector<Cell> row = {std::string(paper::name(reference.kind)),
+                                         quantities[q],
+                                         name(point.way),
+                                         of_calculix ? Cell() : Cell(std::string(name(point.way.precision))),
+                                         mesh_text(reference.kind, point.across),
+                                         100 * error,
+                                         point.seconds};
+                for (const Beside& beside : all) {
+                    const double seconds = cost_at(points, beside.way, q, error).seconds,
+                                 times = point.seconds / seconds;
+                    row.emplace_back(seconds);
+                    row.emplace_back(times);
+                    if (!std::isfinite(times) || point.way.precision != beside.way.precision) {
+                        continue;
+                    }
+                    const std::string sentence =
+                        of_calculix ? fmt::format("{} takes {{}} as long as the static solve of {} in double.",
+                                                  name(point.way), paper::name(beside.way.model))
+                                    : fmt::format("{} in {} takes {{}} as long as the static solve in the same type.",
+                                                  name(point.way), name(point.way.precision));
+                    auto at = std::find_if(ratios.begin(), ratios.end(),
+                                           [&](const auto& known) { return known.first == sentence; });
+                    if (at == ratios.end()) {
+                        at = ratios.insert(ratios.end(), {sentence, {}});
+                    }
+                    at->second.push_back(times);
                 }
-                const double same = point.seconds / seconds[point.way.precision == Precision::float32];
-                if (std::isfinite(same)) {
-                    ratios[static_cast<std::size_t>(at - ways.begin())].push_back(same);
-                }
+                table.rows.push_back(std::move(row));
             }
         }
     }
-    for (std::size_t w = 0; w < ways.size(); ++w) {
-        table.remarks.push_back(fmt::format("At equal error {} takes {} as long as the static solve{}.", ways[w],
-                                            range_text(ratios[w]), of_calculix ? " in double" : " in the same type"));
+    for (const auto& [sentence, times] : ratios) {
+        table.remarks.push_back("At equal error " + fmt::format(fmt::runtime(sentence), range_text(times)));
     }
     return table;
 }

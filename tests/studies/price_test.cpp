@@ -91,6 +91,46 @@ TEST(Price, CostsLieOnLinesBetweenPoints) {
     EXPECT_TRUE(std::isnan(cost_at(points, way, 0, 0.003).seconds));
 }
 
+// CalculiX stands beside the static solves of both forms: here each goes as 1 : 10 from an error of 10 % to one of 1 %.
+TEST(Price, CalculiXStandsBesideBothFormsAtEqualError) {
+    Solutions solutions;
+    Reference& reference = solutions.references.emplace_back();
+    reference.kind = paper::Kind::torsion;
+    reference.values = {{1, 1.4, 0}};
+    std::vector<Point>& points = solutions.points.emplace_back();
+    const auto add = [&](const Way& way, int across, double seconds, double error) {
+        points.push_back({way, reference.kind, across, {}, seconds, 0, {1 + error}, {error, error, error}});
+    };
+    for (const auto& [model, start] : {std::pair(paper::Model::hybmss, 1.0), {paper::Model::hybmss_m, 0.01}}) {
+        const Way way{{}, Method::static_solve, model, Precision::float64};
+        add(way, 2, start, 0.1);
+        add(way, 4, 10 * start, 0.01);
+    }
+    add({calculix::ElementType::c3d20}, 2, 5 * std::sqrt(10.0), 0.1 / std::sqrt(10.0));
+    for (const paper::Table& table : solution_tables(solutions)) {
+        if (table.name != "calculix") {
+            continue;
+        }
+        ASSERT_EQ(table.rows.size(), 3u); // torque, L2, H1
+        for (const std::vector<paper::Cell>& row : table.rows) {
+            ASSERT_EQ(row.size(), table.columns.size());
+            for (std::size_t c = 0; c < row.size(); ++c) {
+                if (table.columns[c].key == "ratio_double") {
+                    EXPECT_NEAR(row[c].number, 5, 1e-9);
+                } else if (table.columns[c].key == "ratio_m_double") {
+                    EXPECT_NEAR(row[c].number, 500, 1e-7);
+                }
+            }
+        }
+        ASSERT_EQ(table.remarks.size(), 2u);
+        EXPECT_NE(table.remarks[0].find("takes 5 times"), std::string::npos) << table.remarks[0];
+        EXPECT_NE(table.remarks[1].find("500 times"), std::string::npos) << table.remarks[1];
+        EXPECT_NE(table.remarks[1].find("HybMSS-M"), std::string::npos) << table.remarks[1];
+        return;
+    }
+    FAIL() << "no table \"calculix\"";
+}
+
 // On coarse meshes already the errors of the static solve fall with the order that the clamped edges allow.
 TEST(Price, ObservedOrdersAreThoseOfTheClampedEdges) {
     const Reference reference = make_reference(paper::Kind::compression, 16, [](const std::string&) {});
