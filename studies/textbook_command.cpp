@@ -27,7 +27,10 @@ void run_textbook(const TextbookArguments& arguments) {
     ProgressLine line(stderr);
     std::vector<paper::Table> tables = {
         textbook::problem_table(arguments.quick, [&](const std::string& what) { line.show(what); })};
+    line.show("a clamped cantilever");
+    tables.push_back(textbook::clamped_cantilever_table(arguments.quick));
     line.clear();
+    tables.push_back(textbook::twist_table());
     tables.push_back(textbook::anisotropy_table());
     nlohmann::ordered_json in_json = nlohmann::ordered_json::array();
     if (markdown) {

@@ -53,6 +53,13 @@ Material unit_material(const Problem& problem, SpringForm springs);
 /// All problems with springs between nodes (A = 1) and on means (A = 0); without the finer meshes where `quick`.
 paper::Table problem_table(bool quick, const std::function<void(const std::string&)>& progress);
 
+/// A clamped cantilever on 1 to 8 cells across beside the converged one, and beside finite elements where CalculiX is
+/// installed and there is time.
+paper::Table clamped_cantilever_table(bool quick);
+
+/// What other weights of the twist patterns would make of bars and plates.
+paper::Table twist_table();
+
 /// Nominal stress, Pa, of the infinite lattice stretched along a direction and free across. Throws std::runtime_error
 /// where it finds no such state.
 double uniaxial_stress(const Material& material, const reference::Vector3d& direction, double stretch);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace hybmss::textbook {
@@ -37,6 +38,41 @@ INSTANTIATE_TEST_SUITE_P(Problems, Textbook, testing::ValuesIn(all_problems()), 
     }
     return name;
 });
+
+/// On means a cantilever errs by its clamp alone.
+TEST(ClampedCantilever, is_nearly_right_on_one_cell) {
+    const paper::Table table = clamped_cantilever_table(true);
+    ASSERT_EQ(table.rows.size(), 6u);
+    for (const std::vector<paper::Cell>& row : table.rows) {
+        ASSERT_EQ(row.size(), table.columns.size());
+        const double nodes = row[2].number, means = row[3].number;
+        EXPECT_GT(nodes, row[1].number == 1 ? 90 : 25) << row[0].word;
+        EXPECT_GT(means, 0.1) << row[0].word;
+        EXPECT_LT(means, row[0].word == "0.45" ? 1.8 : 0.8) << row[0].word;
+        EXPECT_TRUE(std::isnan(row[4].number)); // no CalculiX where it is to be quick
+    }
+}
+
+/// The torsion problem's own errors, and that no weight serves bars of 2 and of 4 cells with plates.
+TEST(TwistWeights, are_a_choice) {
+    const paper::Table table = twist_table();
+    ASSERT_EQ(table.columns.size(), 9u);
+    constexpr std::size_t kPlate = 3, kTwo = 5, kFour = 6, kEight = 7;
+    const std::vector<Problem> problems = all_problems();
+    const auto torsion = std::ranges::find_if(
+        problems, [](const Problem& problem) { return problem.name.starts_with("torsion, Saint-Venant"); });
+    ASSERT_NE(torsion, problems.end());
+    const Material means = unit_material(*torsion, SpringForm::means);
+    EXPECT_NEAR(table.rows[0][kPlate].number, 0, 1e-9);
+    for (const auto& [column, across] : {std::pair(kTwo, 2), {kFour, 4}, {kEight, 8}}) {
+        EXPECT_NEAR(table.rows[0][column].number, 100 * torsion->solve(means, across).error(), 1e-4) << across;
+    }
+    for (const std::vector<paper::Cell>& row : table.rows) {
+        const bool plates = std::abs(row[kPlate].number) < 1e-9;
+        const bool bars = std::abs(row[kTwo].number) < 1.5 && std::abs(row[kFour].number) < 0.1;
+        EXPECT_EQ(plates && bars, row[0].word == "by free sides") << row[0].word;
+    }
+}
 
 /// Alike along all directions at small strain, and at 20 % no more; along an edge what a bar of cells gives.
 TEST(Anisotropy, comes_with_strain) {
