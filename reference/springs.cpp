@@ -311,6 +311,7 @@ Matrix24d mean_spring_hessian(const SpringStiffening& law, const MeanSprings& ce
     }
     add(of_fourth * of_fourth.transpose(), cell.hourglass.fourth * Matrix3d::Identity());
     std::array<std::array<Vector24d, 3>, 3> slope; // dP_ij/dx
+    Matrix8d of_both = Matrix8d::Zero();           // sum Q_ij (weight of c in g_i) (weight of d in a_j), and turned
     for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {
             const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
@@ -321,20 +322,22 @@ Matrix24d mean_spring_hessian(const SpringStiffening& law, const MeanSprings& ce
                     cell.cell_size;
             }
             const Matrix8d mixed = of_patterns.col(row) * of_edges.col(column).transpose();
-            add(q(row, column) / cell.cell_size * (mixed + mixed.transpose()), Matrix3d::Identity());
+            of_both += q(row, column) / cell.cell_size * (mixed + mixed.transpose());
         }
     }
+    add(of_both, Matrix3d::Identity());
     for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t l = 0; l < 3; ++l) {
             Matrix3d unit = Matrix3d::Zero();
             unit(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) = 1;
             const Matrix3d by_p = tensions(cell.hourglass, unit); // dQ/dP_kl
+            Vector24d sum = Vector24d::Zero();                    // of (dP_ij/dx) (dQ_ij/dP_kl)
             for (std::size_t i = 0; i < 3; ++i) {
                 for (std::size_t j = 0; j < 3; ++j) {
-                    hessian += by_p(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) * slope[i][j] *
-                               slope[k][l].transpose();
+                    sum += by_p(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) * slope[i][j];
                 }
             }
+            hessian += sum * slope[k][l].transpose();
         }
     }
     return hessian;
