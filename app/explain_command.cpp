@@ -3,6 +3,7 @@
 #include "app/progress_line.hpp"
 #include "app/scene_report.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
+#include "hybmss/simulation/world_simulation.hpp"
 #include "plan/tuning/trials.hpp"
 #include "simulation/results/results.hpp"
 #include "simulation/run/effect_list.hpp"
@@ -335,6 +336,9 @@ void write_explanation(const Simulation& simulation, std::span<const EffectCost>
     out << json.dump(2) << '\n';
 }
 
+void explain_world(const ExplainArguments& arguments, const WorldScene& scene);
+void explain_scene(const ExplainArguments& arguments, Scene read);
+
 void explain(const ExplainArguments& arguments) {
     if (arguments.keys) {
         fmt::print("{}", scene_keys_markdown());
@@ -347,9 +351,37 @@ void explain(const ExplainArguments& arguments) {
     if (arguments.scene.empty()) {
         throw std::invalid_argument("explain: a SCENE file, --keys or --effects is needed");
     }
+    std::variant<Scene, WorldScene> read = load_any_scene(arguments.scene);
+    if (const auto* world = std::get_if<WorldScene>(&read)) {
+        explain_world(arguments, *world);
+    } else {
+        explain_scene(arguments, std::get<Scene>(std::move(read)));
+    }
+}
+
+void explain_world(const ExplainArguments& arguments, const WorldScene& scene) {
+    if (!arguments.json.empty()) {
+        throw std::invalid_argument("--json: it holds one body; " + arguments.scene + " has several");
+    }
+    const WorldSimulation world(scene, arguments.plan.options());
+    fmt::print("world\n");
+    row("time step",
+        fmt::format("{:.6g} s for all bodies (stable: {:.6g} s)", world.time_step(), world.critical_time_step()));
+    for (const auto& [first, second, reading] : world.contacts()) {
+        row("contact", first == second ? first + " touches itself" : first + " and " + second);
+    }
+    for (const AttachmentReading& tied : world.attachments()) {
+        row("attached", fmt::format("{} nodes of {} to {}", tied.ties, tied.from, tied.to.empty() ? "space" : tied.to));
+    }
+    for (const NamedScene& body : scene.bodies) {
+        fmt::print("\n== body {}\n", body.name);
+        explain_scene(arguments, body.scene);
+    }
+}
+
+void explain_scene(const ExplainArguments& arguments, Scene read) {
     const auto json = open_output("--json", arguments.json, {"{\"effects\":", {arguments.scene}, arguments.force});
     SimulationOptions options = arguments.plan.options();
-    Scene read = load_scene(arguments.scene);
     std::optional<AccuracyReport> offers;
     if (read.solver.accuracy) {
         Scene chosen;

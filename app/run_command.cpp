@@ -3,6 +3,7 @@
 #include "app/progress_line.hpp"
 #include "app/scene_report.hpp"
 #include "hybmss/simulation/solve_to_accuracy.hpp"
+#include "hybmss/simulation/world_simulation.hpp"
 #include "simulation/results/results.hpp"
 
 #include <CLI/CLI.hpp>
@@ -18,6 +19,7 @@
 #include <optional>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 namespace {
 
@@ -51,20 +53,24 @@ void catch_stop_signals() {
     }
 }
 
+/// Refuses to replace in a body's directory what no run has written.
+void check_outputs(const RunArguments& arguments, const std::filesystem::path& directory) {
+    constexpr std::pair<const char*, const char*> kFiles[] = {{"summary.json", "{\"converged\":"},
+                                                              {"probes.csv", "time"},
+                                                              {"body.pvd", "<?xmlversion=\"1.0\"?><VTKFile"},
+                                                              {"skin.pvd", "<?xmlversion=\"1.0\"?><VTKFile"}};
+    for (const auto& [name, beginning] : kFiles) {
+        check_output("--out", directory / name, {beginning, {arguments.scene}, arguments.force});
+    }
+}
+
 /// Everything about the scene is checked before the directory is made, so that bad input leaves nothing behind.
 std::optional<Results> open_results(const RunArguments& arguments, const Simulation& simulation,
                                     const std::string& before) {
     if (arguments.out.empty()) {
         return std::nullopt;
     }
-    constexpr std::pair<const char*, const char*> kFiles[] = {{"summary.json", "{\"converged\":"},
-                                                              {"probes.csv", "time"},
-                                                              {"body.pvd", "<?xmlversion=\"1.0\"?><VTKFile"},
-                                                              {"skin.pvd", "<?xmlversion=\"1.0\"?><VTKFile"}};
-    for (const auto& [name, beginning] : kFiles) {
-        check_output("--out", std::filesystem::path(arguments.out) / name,
-                     {beginning, {arguments.scene}, arguments.force});
-    }
+    check_outputs(arguments, arguments.out);
     try {
         return std::optional<Results>(std::in_place, arguments.out, simulation, before);
     } catch (const std::runtime_error& error) {
@@ -124,11 +130,37 @@ const char* signal_name(int signal) {
 }
 
 /// As other errors do, these name the scene.
-void write(const std::string& scene, const Summary& summary, const std::function<void()>& action) {
+void write(const std::string& scene, const std::string& failure, const std::function<void()>& action) {
     try {
         action();
     } catch (const NotFinite& error) {
-        throw std::runtime_error(scene + ": " + error.what() + (summary.failure.empty() ? "" : "; " + summary.failure));
+        throw std::runtime_error(scene + ": " + error.what() + (failure.empty() ? "" : "; " + failure));
+    }
+}
+
+/// `which`: "" for a body alone, else what begins its lines.
+void report_warnings(const RunArguments& arguments, const Simulation& simulation, const Summary& summary,
+                     const std::string& which = "") {
+    if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
+        fmt::print(stderr, "hybmss: warning: {}: {}after the cuts the body has {}\n", arguments.scene, which, parts);
+    }
+    if (summary.volume.min_cell_volume_ratio <= 0) {
+        // An inverted cell can hold a lattice in a false equilibrium, so a settled result needs this word of caution.
+        fmt::print(stderr, "hybmss: warning: {}: {}some cells are inverted (smallest volume ratio {:.3g}); {}\n",
+                   arguments.scene, which, summary.volume.min_cell_volume_ratio,
+                   simulation.scene().material.crush.any()
+                       ? "a higher material.crush_resistance or gentler motions and loads may help"
+                       : "material.crush_resistance = 20 keeps cells from that; so may gentler motions and loads");
+    }
+    for (const std::string& warning : summary.warnings) {
+        fmt::print(stderr, "hybmss: warning: {}: {}{}\n", arguments.scene, which, warning);
+    }
+}
+
+void report_failure(const RunArguments& arguments, const std::string& failure) {
+    if (!failure.empty()) {
+        fmt::print(stderr, "hybmss: error: {}: {}\n", arguments.scene, failure);
+        throw CLI::RuntimeError(1);
     }
 }
 
@@ -143,24 +175,8 @@ void report_end(const RunArguments& arguments, const Simulation& simulation, con
             fmt::print("results in {}\n", arguments.out);
         }
     }
-    if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
-        fmt::print(stderr, "hybmss: warning: {}: after the cuts the body has {}\n", arguments.scene, parts);
-    }
-    if (summary.volume.min_cell_volume_ratio <= 0) {
-        // An inverted cell can hold a lattice in a false equilibrium, so a settled result needs this word of caution.
-        fmt::print(stderr, "hybmss: warning: {}: some cells are inverted (smallest volume ratio {:.3g}); {}\n",
-                   arguments.scene, summary.volume.min_cell_volume_ratio,
-                   simulation.scene().material.crush.any()
-                       ? "a higher material.crush_resistance or gentler motions and loads may help"
-                       : "material.crush_resistance = 20 keeps cells from that; so may gentler motions and loads");
-    }
-    for (const std::string& warning : summary.warnings) {
-        fmt::print(stderr, "hybmss: warning: {}: {}\n", arguments.scene, warning);
-    }
-    if (!summary.failure.empty()) {
-        fmt::print(stderr, "hybmss: error: {}: {}\n", arguments.scene, summary.failure);
-        throw CLI::RuntimeError(1);
-    }
+    report_warnings(arguments, simulation, summary);
+    report_failure(arguments, summary.failure);
 }
 
 /// Nothing is written before the last mesh is solved: the others tell of the error alone.
@@ -180,7 +196,7 @@ void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
         fmt::print("{:<24} {}\n", "body", body_line(solution.simulation, used));
     }
     if (results) {
-        write(arguments.scene, solution.summary, [&] {
+        write(arguments.scene, solution.summary.failure, [&] {
             results->record();
             results->finish(solution.summary);
         });
@@ -188,8 +204,83 @@ void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
     report_end(arguments, solution.simulation, solution.summary);
 }
 
+/// Several bodies: no checkpoints, and a directory for each.
+void run_world(const RunArguments& arguments, WorldScene scene) {
+    if (arguments.restart) {
+        throw std::invalid_argument("--restart: a scene of several bodies writes no checkpoint to go on from");
+    }
+    WorldSimulation world(std::move(scene), arguments.plan.options());
+    std::optional<WorldResults> results;
+    if (!arguments.out.empty()) {
+        const std::filesystem::path out = arguments.out;
+        check_output("--out", out / "summary.json", {"{\"converged\":", {arguments.scene}, arguments.force});
+        check_output("--out", out / "bodies.pvd",
+                     {"<?xmlversion=\"1.0\"?><VTKFile", {arguments.scene}, arguments.force});
+        for (std::size_t b = 0; b < world.body_count(); ++b) {
+            check_outputs(arguments, out / world.name(b));
+        }
+        try {
+            results.emplace(out, world);
+        } catch (const std::runtime_error& error) {
+            throw std::invalid_argument(std::string("--out: ") + error.what());
+        }
+    }
+    for (std::size_t b = 0; b < world.body_count(); ++b) {
+        if (!arguments.quiet) {
+            fmt::print("{:<24} {}\n", "body " + world.name(b), body_line(world.body(b), arguments.plan.options()));
+            std::fflush(stdout);
+        }
+        if (const std::string parts = parts_line(world.body(b).lattice()); !parts.empty()) {
+            fmt::print(stderr, "hybmss: warning: {}: body {} has {}\n", arguments.scene, world.name(b), parts);
+        }
+    }
+    ProgressLine line(stderr);
+    RunCallbacks callbacks;
+    callbacks.estimate = [&](double seconds) { line.expect(arguments.scene, seconds); };
+    if (line.visible()) {
+        callbacks.progress = [&line](const Progress& progress) { line.show(progress); };
+    }
+    std::string not_finite;
+    if (results) {
+        callbacks.output = [&] {
+            try {
+                if (not_finite.empty()) {
+                    results->record();
+                }
+            } catch (const NotFinite& error) {
+                not_finite = error.what();
+            }
+        };
+    }
+    const WorldSummary summary = world.run(callbacks);
+    line.clear();
+    if (!not_finite.empty()) {
+        throw std::runtime_error(arguments.scene + ": " + not_finite +
+                                 (summary.failure.empty() ? "" : "; " + summary.failure));
+    }
+    if (results) {
+        write(arguments.scene, summary.failure, [&] { results->finish(summary); });
+    }
+    if (arguments.quiet) {
+        fmt::print("{}: {}{}\n", arguments.scene, summary_line(world, summary),
+                   arguments.out.empty() ? "" : "; results in " + arguments.out);
+    } else {
+        fmt::print("{}{}", summary_table(world, summary),
+                   arguments.out.empty() ? "" : "results in " + arguments.out + "\n");
+    }
+    for (std::size_t b = 0; b < world.body_count(); ++b) {
+        report_warnings(arguments, world.body(b), summary.bodies[b], "body " + world.name(b) + ": ");
+    }
+    report_failure(arguments, summary.failure);
+}
+
 void run_scene(const RunArguments& arguments) {
-    Scene scene = load_scene(arguments.scene);
+    std::variant<Scene, WorldScene> read = load_any_scene(arguments.scene);
+    if (auto* const world = std::get_if<WorldScene>(&read)) {
+        run_world(arguments, std::move(*world));
+        return;
+    }
+    Scene scene = std::get<Scene>(std::move(read));
     if (scene.solver.accuracy) {
         run_to_accuracy(arguments, scene);
         return;
@@ -244,7 +335,7 @@ void run_scene(const RunArguments& arguments) {
         throw CLI::RuntimeError(128 + signal); // as shells tell of a program that a signal ended
     }
     if (results) {
-        write(arguments.scene, summary, [&] { results->finish(summary); });
+        write(arguments.scene, summary.failure, [&] { results->finish(summary); });
         if (checkpoint) {
             checkpoint->remove();
         }

@@ -18,6 +18,43 @@ std::string vector_text(const std::array<double, 3>& v) {
     return fmt::format("{:>12.6g} {:>12.6g} {:>12.6g}", v[0], v[1], v[2]);
 }
 
+struct Rows {
+    std::string text;
+    void operator()(std::string_view label, const std::string& value) {
+        fmt::format_to(std::back_inserter(text), "{:<24} {}\n", label, value);
+    }
+    void vectors(std::string_view label) { (*this)(label, fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z")); }
+};
+
+void add_probes(Rows& row, const Summary& s, const std::string& owner = "") {
+    for (const ProbeReading& probe : s.probes) {
+        row.vectors(owner + "probe " + probe.name);
+        row("  force (N)", vector_text(probe.force));
+        row("  torque (N m)", vector_text(probe.torque));
+        row("  mean displacement (m)", vector_text(probe.mean_displacement));
+        row("  max displacement (m)", fmt::format("{:>12.6g}", probe.max_displacement));
+    }
+}
+
+void add_obstacles(Rows& row, const Summary& s, const std::string& owner = "") {
+    for (const auto& [name, reading, stiffness] : s.obstacles) {
+        row.vectors(owner + "obstacle " + name);
+        row("  force (N)", vector_text(reading.force));
+        row("  torque (N m)", vector_text(reading.torque));
+        row("  impulse (N s)", vector_text(reading.impulse));
+        row("  contact (J)", fmt::format("stored {:.6g}, dissipated {:.6g}; stiffness {:.3g} Pa/m", reading.energy,
+                                         reading.dissipated, stiffness));
+        row("  depth (m)",
+            fmt::format("{:.3g} of {} nodes, {:.3g} on the way", reading.depth, reading.nodes, reading.greatest_depth));
+    }
+}
+
+void add_volume(Rows& row, const Summary& s) {
+    row("relative volume change", fmt::format("{:.4f} %", 100 * s.volume.relative_volume_change));
+    row("cell volume ratio",
+        fmt::format("{:.6g} ... {:.6g}", s.volume.min_cell_volume_ratio, s.volume.max_cell_volume_ratio));
+}
+
 std::string price_text(const AccuracyOffer& offer) {
     return fmt::format("{} x {} x {} cells in {}, {:.2g} GB, some {:.2g} s{}", offer.cells[0], offer.cells[1],
                        offer.cells[2], name(offer.precision), offer.bytes / 1e9, offer.seconds,
@@ -97,11 +134,7 @@ std::string fills_line(const Simulation& simulation) {
 }
 
 std::string summary_table(const Simulation& simulation, const Summary& s) {
-    std::string table;
-    auto out = std::back_inserter(table);
-    const auto row = [&](const char* label, const std::string& value) {
-        out = fmt::format_to(out, "{:<24} {}\n", label, value);
-    };
+    Rows row;
     row("kernel", fmt::format("{}, {}, {}, {}, threads {}", s.plan.kernel, s.plan.layout, name(s.plan.instruction_set),
                               s.plan.precision, s.plan.threads));
     if (simulation.scene().solver.method == SolverMethod::static_equilibrium) {
@@ -135,9 +168,7 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
             }
         }
     }
-    row("relative volume change", fmt::format("{:.4f} %", 100 * s.volume.relative_volume_change));
-    row("cell volume ratio",
-        fmt::format("{:.6g} ... {:.6g}", s.volume.min_cell_volume_ratio, s.volume.max_cell_volume_ratio));
+    add_volume(row, s);
     if (s.stress) {
         const auto& [x, y, z] = s.stress->where;
         row("stress", fmt::format("von Mises at most {:.6g} Pa, in the cell at rest at ({:.4g}, {:.4g}, {:.4g}) m",
@@ -149,8 +180,7 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
         row("cut away", fmt::format("{} cells, with {:.6g} J", s.removed_cells, s.energies.removed));
     }
     for (const EffectEnergy& effect : s.energies.effects) {
-        row((effect.name + " (J)").c_str(),
-            fmt::format("stored {:.6g}, dissipated {:.6g}", effect.stored, effect.dissipated));
+        row(effect.name + " (J)", fmt::format("stored {:.6g}, dissipated {:.6g}", effect.stored, effect.dissipated));
     }
     if (s.balance) {
         const EnergyBalance& b = *s.balance;
@@ -162,25 +192,10 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
             fmt::format("mass damping {:.6g}, effects {:.6g}", b.mass_damping, b.effects_dissipated));
         row("  up to", fmt::format("{:.3g} J, {:.2g} of the largest part", b.imbalance(), b.relative_imbalance()));
     }
-    for (const auto& [name, reading, stiffness] : s.obstacles) {
-        row(("obstacle " + name).c_str(), fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z"));
-        row("  force (N)", vector_text(reading.force));
-        row("  torque (N m)", vector_text(reading.torque));
-        row("  impulse (N s)", vector_text(reading.impulse));
-        row("  contact (J)", fmt::format("stored {:.6g}, dissipated {:.6g}; stiffness {:.3g} Pa/m", reading.energy,
-                                         reading.dissipated, stiffness));
-        row("  depth (m)",
-            fmt::format("{:.3g} of {} nodes, {:.3g} on the way", reading.depth, reading.nodes, reading.greatest_depth));
-    }
-    for (const ProbeReading& probe : s.probes) {
-        row(("probe " + probe.name).c_str(), fmt::format("{:>12} {:>12} {:>12}", "x", "y", "z"));
-        row("  force (N)", vector_text(probe.force));
-        row("  torque (N m)", vector_text(probe.torque));
-        row("  mean displacement (m)", vector_text(probe.mean_displacement));
-        row("  max displacement (m)", fmt::format("{:>12.6g}", probe.max_displacement));
-    }
+    add_obstacles(row, s);
+    add_probes(row, s);
     row("wall time", fmt::format("{:.3f} s", s.wall_seconds));
-    return table;
+    return row.text;
 }
 
 std::string summary_line(const Simulation& simulation, const Summary& s) {
@@ -190,6 +205,47 @@ std::string summary_line(const Simulation& simulation, const Summary& s) {
                        still ? fmt::format("{} Newton iterations", s.work.newton_iterations)
                              : fmt::format("{} steps", s.steps),
                        simulation.lattice().cell_count(), 100 * s.volume.relative_volume_change, s.wall_seconds);
+}
+
+std::string summary_table(const WorldSimulation& world, const WorldSummary& s) {
+    Rows row;
+    row("steps", fmt::format("{} of {:.6g} s (stable: {:.6g} s), t = {:.6g} s", s.steps, s.time_step,
+                             s.critical_time_step, s.time));
+    row("settled", fmt::format("{} (residual {:.3g}, kinetic ratio {:.3g})", s.converged ? "yes" : "no",
+                               s.settlement.residual, s.settlement.kinetic_ratio));
+    for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+        const Summary& body = s.bodies[b];
+        row("body " + world.name(b),
+            fmt::format("{}, {}, threads {}", body.plan.kernel, body.plan.layout, body.plan.threads));
+        add_volume(row, body);
+        row("energy (J)",
+            fmt::format("springs {:.6g}, volume {:.6g}, kinetic {:.3g}, external {:.6g}", body.energies.springs,
+                        body.energies.volume, body.energies.kinetic, body.energies.external));
+        add_obstacles(row, body, world.name(b) + ": ");
+        add_probes(row, body, world.name(b) + ": ");
+    }
+    for (const auto& [first, second, reading] : s.contacts) {
+        row.vectors("contact " + first + ", " + second);
+        row("  force (N)", vector_text(reading.force));
+        row("  impulse (N s)", vector_text(reading.impulse));
+        row("  depth (m)",
+            fmt::format("{:.3g} of {} nodes, {:.3g} on the way", reading.depth, reading.nodes, reading.greatest_depth));
+    }
+    for (const AttachmentReading& tied : s.attachments) {
+        row.vectors("attached " + tied.from + ", " + (tied.to.empty() ? "space" : tied.to));
+        row("  force (N)", fmt::format("{} of {} ties", vector_text(tied.force), tied.ties));
+    }
+    row("wall time", fmt::format("{:.3f} s", s.wall_seconds));
+    return row.text;
+}
+
+std::string summary_line(const WorldSimulation& world, const WorldSummary& s) {
+    std::size_t cells = 0;
+    for (std::size_t b = 0; b < world.body_count(); ++b) {
+        cells += world.body(b).lattice().cell_count();
+    }
+    return fmt::format("{} ({} steps), {} bodies of {} cells, {:.2f} s", s.converged ? "settled" : "not settled",
+                       s.steps, s.bodies.size(), cells, s.wall_seconds);
 }
 
 std::string candidate_lines(const PlanDescription& plan) {

@@ -4,6 +4,7 @@
 /// What a scene's body is, and what came of a run, for a person.
 
 #include "hybmss/simulation/simulation.hpp"
+#include "hybmss/simulation/world_simulation.hpp"
 
 #include <string>
 
@@ -25,6 +26,9 @@ std::string fills_line(const Simulation& simulation);
 std::string summary_table(const Simulation& simulation, const Summary& summary);
 /// How it ended, in one line.
 std::string summary_line(const Simulation& simulation, const Summary& summary);
+/// Of several bodies.
+std::string summary_table(const WorldSimulation& world, const WorldSummary& summary);
+std::string summary_line(const WorldSimulation& world, const WorldSummary& summary);
 
 /// What the tuner timed, a line each.
 std::string candidate_lines(const PlanDescription& plan);

@@ -48,11 +48,15 @@ constexpr double kGrowth = 1.5;
 template <class T>
 struct World<T>::Implementation {
     struct Body {
-        ExplicitDynamics<T> dynamics;
-        std::unique_ptr<WorldBody<T>> nodes;        ///< pairs and attachments know where it is
-        std::optional<NodeNumbers> numbers;         ///< of a lattice
-        long steps = -1, settings = -1, holds = -1; ///< of the body, when it was looked at last
-        long cuts = 0;                              ///< of the body, that the world knows of
+        std::optional<ExplicitDynamics<T>> own = {}; ///< none: its owner has it
+        ExplicitDynamics<T>* lent = nullptr;         ///< then
+        std::unique_ptr<WorldBody<T>> nodes = {};    ///< pairs and attachments know where it is
+        std::optional<NodeNumbers> numbers = {};     ///< of a lattice
+        long steps = -1, settings = -1, holds = -1;  ///< of the body, when it was looked at last
+        long cuts = 0;                               ///< of the body, that the world knows of
+
+        ExplicitDynamics<T>& dynamics() { return own ? *own : *lent; }
+        const ExplicitDynamics<T>& dynamics() const { return own ? *own : *lent; }
     };
     struct Tie {
         Attachment given;
@@ -78,7 +82,7 @@ struct World<T>::Implementation {
     double since() const { return before + static_cast<double>(since_look) * step_length; }
 
     typename ExplicitDynamics<T>::Implementation& inside(std::size_t body) const {
-        return *bodies[body].dynamics.implementation_;
+        return *bodies[body].dynamics().implementation_;
     }
     void require(std::size_t body) const {
         if (body >= bodies.size()) {
@@ -87,12 +91,12 @@ struct World<T>::Implementation {
         }
     }
 
-    std::size_t add(ExplicitDynamics<T> dynamics, std::vector<Point> rest,
-                    std::vector<std::array<std::uint32_t, 8>> cells, std::optional<NodeNumbers> numbers) {
+    std::size_t add(Body given, std::vector<Point> rest, std::vector<std::array<std::uint32_t, 8>> cells) {
         auto nodes = std::make_unique<WorldBody<T>>();
         nodes->rest.swap(rest);
         nodes->cells = BodyCells(std::move(cells), nodes->rest);
-        bodies.push_back({std::move(dynamics), std::move(nodes), std::move(numbers)});
+        given.nodes = std::move(nodes);
+        bodies.push_back(std::move(given));
         const std::size_t body = bodies.size() - 1;
         auto& i = inside(body);
         bodies[body].cuts = i.cuts;
@@ -109,6 +113,7 @@ struct World<T>::Implementation {
         weigh(body);
         return body;
     }
+    std::size_t add(Body given, const Lattice& lattice, const Point& origin);
     void weigh(std::size_t body) {
         WorldBody<T>& nodes = *bodies[body].nodes;
         nodes.inverse_mass.clear();
@@ -148,7 +153,8 @@ struct World<T>::Implementation {
 
     BodyPoint<T> point_of(const Anchor& anchor) const;
     void look(double time_step);
-    void step_bodies(const StepParameters& parameters, long count);
+    /// `motions`: none, or one a body; `done`: steps of the call so far.
+    void step_bodies(const StepParameters& parameters, long count, std::span<const StepMotion> motions, long done);
     void touch(double time_step, double gain);
     void pull(Tie& tie, double time_step, double gain) const;
 };
@@ -266,18 +272,33 @@ void World<T>::Implementation::look(double time_step) {
 
 /// Each by one thread, or where one of them has most of the work, each by all that its plan chose.
 template <class T>
-void World<T>::Implementation::step_bodies(const StepParameters& parameters, long count) {
+void World<T>::Implementation::step_bodies(const StepParameters& parameters, long count,
+                                           std::span<const StepMotion> motions, long done) {
+    const auto step_one = [&](std::size_t b) {
+        if (motions.empty()) {
+            bodies[b].dynamics().step(parameters, count);
+            return;
+        }
+        StepMotion later;
+        if (motions[b].nodes) {
+            later.nodes = [&](long step) { return motions[b].nodes(done + step); };
+        }
+        if (motions[b].obstacles) {
+            later.obstacles = [&](long step) { return motions[b].obstacles(done + step); };
+        }
+        bodies[b].dynamics().step(parameters, count, later);
+    };
     std::size_t largest = 0, all = 0;
     for (const Body& body : bodies) {
         largest = std::max(largest, body.nodes->rest.size());
         all += body.nodes->rest.size();
     }
     if (largest * static_cast<std::size_t>(threads.workers().threads()) > 2 * all || bodies.size() == 1) {
-        for (Body& body : bodies) {
-            body.dynamics.step(parameters, count);
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+            step_one(b);
         }
     } else {
-        threads.run(bodies.size(), [&](std::size_t b) { bodies[b].dynamics.step(parameters, count); });
+        threads.run(bodies.size(), step_one);
     }
 }
 
@@ -331,17 +352,30 @@ template <class T>
 World<T>::~World() = default;
 
 template <class T>
-std::size_t World<T>::add(ExplicitDynamics<T> body, const Lattice& lattice, const std::array<double, 3>& origin) {
+std::size_t World<T>::Implementation::add(Body given, const Lattice& lattice, const Point& origin) {
     if (!finite(origin)) {
         refuse("the origin of a body is not finite");
     }
-    NodeNumbers numbers(lattice, body.node_count());
-    std::vector<Point> rest(body.node_count());
+    const std::size_t count = given.dynamics().node_count();
+    given.numbers.emplace(lattice, count);
+    std::vector<Point> rest(count);
     for (std::uint32_t n = 0; n < rest.size(); ++n) {
-        rest[n] = plus(lattice.rest_position(numbers.grid_node(n)), 1, origin);
+        rest[n] = plus(lattice.rest_position(given.numbers->grid_node(n)), 1, origin);
     }
-    auto corners = cell_corners(lattice, numbers);
-    return implementation_->add(std::move(body), std::move(rest), std::move(corners), std::move(numbers));
+    auto corners = cell_corners(lattice, *given.numbers);
+    return add(std::move(given), std::move(rest), std::move(corners));
+}
+
+template <class T>
+std::size_t World<T>::add(ExplicitDynamics<T> body, const Lattice& lattice, const std::array<double, 3>& origin) {
+    return implementation_->add({.own = std::move(body)}, lattice, origin);
+}
+template <class T>
+std::size_t World<T>::add(ExplicitDynamics<T>* body, const Lattice& lattice, const std::array<double, 3>& origin) {
+    if (body == nullptr) {
+        refuse("there is no body to add");
+    }
+    return implementation_->add({.lent = body}, lattice, origin);
 }
 
 template <class T>
@@ -350,7 +384,7 @@ std::size_t World<T>::add(ExplicitDynamics<T> body, const Network& network) {
         refuse("the network has " + std::to_string(network.rest_positions.size()) + " nodes, the body made from it " +
                std::to_string(body.node_count()));
     }
-    return implementation_->add(std::move(body), network.rest_positions, cells_of(network), {});
+    return implementation_->add({.own = std::move(body)}, network.rest_positions, cells_of(network));
 }
 
 template <class T>
@@ -360,12 +394,12 @@ std::size_t World<T>::body_count() const {
 template <class T>
 ExplicitDynamics<T>& World<T>::body(std::size_t body) {
     implementation_->require(body);
-    return implementation_->bodies[body].dynamics;
+    return implementation_->bodies[body].dynamics();
 }
 template <class T>
 const ExplicitDynamics<T>& World<T>::body(std::size_t body) const {
     implementation_->require(body);
-    return implementation_->bodies[body].dynamics;
+    return implementation_->bodies[body].dynamics();
 }
 
 template <class T>
@@ -384,7 +418,7 @@ void World<T>::place(std::size_t body, const RigidPose& pose) {
             v.push_back(static_cast<T>(velocity[a]));
         }
     }
-    ExplicitDynamics<T>& dynamics = implementation_->bodies[body].dynamics;
+    ExplicitDynamics<T>& dynamics = implementation_->bodies[body].dynamics();
     dynamics.set_displacements(VectorField<const T>::aos(u.data(), rest.size()));
     dynamics.set_velocities(VectorField<const T>::aos(v.data(), rest.size()));
 }
@@ -394,7 +428,7 @@ std::size_t World<T>::remove_cells(std::size_t body, Lattice& lattice, std::span
     Implementation& i = *implementation_;
     i.require(body);
     auto& cut = i.bodies[body];
-    const std::size_t removed = cut.dynamics.remove_cells(lattice, cells);
+    const std::size_t removed = cut.dynamics().remove_cells(lattice, cells);
     cut.cuts = i.inside(body).cuts;
     if (removed > 0) {
         cut.nodes->cells = BodyCells(cell_corners(lattice, *cut.numbers), cut.nodes->rest);
@@ -500,6 +534,10 @@ std::array<double, 3> World<T>::attachment_force(std::size_t attachment) const {
     return tie_of(implementation_->ties, attachment).force;
 }
 template <class T>
+bool World<T>::attached(std::size_t attachment) const {
+    return tie_of(implementation_->ties, attachment).there;
+}
+template <class T>
 void World<T>::detach(std::size_t attachment) {
     auto& tie = tie_of(implementation_->ties, attachment);
     implementation_->tied -= tie.there;
@@ -509,7 +547,16 @@ void World<T>::detach(std::size_t attachment) {
 
 template <class T>
 void World<T>::step(const StepParameters& parameters, long count) {
+    step(parameters, count, {});
+}
+
+template <class T>
+void World<T>::step(const StepParameters& parameters, long count, std::span<const StepMotion> motions) {
     Implementation& i = *implementation_;
+    if (!motions.empty() && motions.size() != i.bodies.size()) {
+        refuse(std::to_string(motions.size()) + " motions are given for " + std::to_string(i.bodies.size()) +
+               " bodies: there must be one a body, or none");
+    }
     if (count < 0) {
         refuse("count = " + std::to_string(count) + " is not allowed: it must be at least 0 steps");
     }
@@ -531,20 +578,20 @@ void World<T>::step(const StepParameters& parameters, long count) {
         i.step_length = time_step;
         i.until_look = 0;
     }
-    while (count > 0) {
+    for (long done = 0; done < count;) {
         if (i.until_look == 0 && !i.pairs.empty()) {
             i.look(time_step);
         }
         const bool alone = i.colours.empty() && i.tied == 0;
-        const long steps = !alone ? 1 : i.pairs.empty() ? count : std::min(count, i.until_look);
-        i.step_bodies(parameters, steps);
+        const long steps = !alone ? 1 : i.pairs.empty() ? count - done : std::min(count - done, i.until_look);
+        i.step_bodies(parameters, steps, motions, done);
         i.touch(time_step, gain);
         for (auto& tie : i.ties) {
             if (tie.there) {
                 i.pull(tie, time_step, gain);
             }
         }
-        count -= steps;
+        done += steps;
         i.until_look = std::max(0L, i.until_look - steps);
         i.since_look += steps;
     }
@@ -559,7 +606,7 @@ template <class T>
 double World<T>::critical_time_step() const {
     double least = std::numeric_limits<double>::infinity();
     for (const auto& body : implementation_->bodies) {
-        least = std::min(least, body.dynamics.critical_time_step());
+        least = std::min(least, body.dynamics().critical_time_step());
     }
     return least;
 }

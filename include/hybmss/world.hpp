@@ -82,6 +82,9 @@ public:
     /// or network of another number of nodes and for an origin that is not finite.
     std::size_t add(ExplicitDynamics<T> body, const Lattice& lattice, const std::array<double, 3>& origin = {0, 0, 0});
     std::size_t add(ExplicitDynamics<T> body, const Network& network);
+    /// Likewise of a body that stays its owner's, who keeps it where it is and does not replace it while the world
+    /// lives.
+    std::size_t add(ExplicitDynamics<T>* body, const Lattice& lattice, const std::array<double, 3>& origin = {0, 0, 0});
     std::size_t body_count() const;
     /// To hold, load, read and set it by, where it stays while the world lives. Cells are removed by the world's own
     /// remove_cells(). Throws std::out_of_range for a body that is not there, as all that follow do.
@@ -110,12 +113,17 @@ public:
     void move_anchor(std::size_t attachment, const std::array<double, 3>& point);
     /// N, that it exerted on what it comes from, in the last step. Zero where it has been taken away.
     std::array<double, 3> attachment_force(std::size_t attachment) const;
+    /// Whether an attachment is there still.
+    bool attached(std::size_t attachment) const;
     /// Takes an attachment away; the others keep their numbers.
     void detach(std::size_t attachment);
 
     /// Takes `count` steps of every body, all with the same parameters. Throws what ExplicitDynamics::step throws for
     /// them, before any body has moved.
     void step(const StepParameters& parameters, long count = 1);
+    /// The same with what is prescribed on its way, one motion a body, as ExplicitDynamics::step() takes it. Throws
+    /// std::invalid_argument for another count of motions; what a motion throws leaves the world between two states.
+    void step(const StepParameters& parameters, long count, std::span<const StepMotion> motions);
     /// s: the smallest of the bodies'; infinite without bodies.
     double critical_time_step() const;
 

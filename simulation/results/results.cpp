@@ -272,7 +272,7 @@ Results::Results(std::filesystem::path directory, const Simulation& simulation, 
             rows_ = before.substr(end + 1);
             break;
         }
-        frames_.emplace_back(std::strtod(before.c_str() + at, nullptr), frame_name(frames_.size()));
+        frames_.push_back({std::strtod(before.c_str() + at, nullptr), frame_name(frames_.size())});
     }
     probes_.stream() << rows_;
     remove_frames(directory_, frames_.size());
@@ -280,8 +280,8 @@ Results::Results(std::filesystem::path directory, const Simulation& simulation, 
 
 std::string Results::state() const {
     std::string text;
-    for (const auto& [time, name] : frames_) {
-        text += printed("%a\n", time); // in hexadecimal: every bit
+    for (const PvdFrame& frame : frames_) {
+        text += printed("%a\n", frame.time); // in hexadecimal: every bit
     }
     return text + "\n" + rows_;
 }
@@ -336,7 +336,7 @@ void Results::record() {
     if (wanted.skin) {
         write_skin(simulation_.displacements());
     }
-    frames_.emplace_back(simulation_.time(), name);
+    frames_.push_back({simulation_.time(), name});
 
     std::string row = printed("%.9g", simulation_.time());
     for (const ProbeReading& probe : probes) {
@@ -381,17 +381,47 @@ void Results::write_skin(std::span<const Vector3> displacements) {
 
 void Results::finish(const Summary& summary) {
     const std::string text = summary_json(summary); // first: where it is refused, nothing is put in place
-    std::erase_if(frames_, [&](const auto& frame) { return !std::filesystem::exists(directory_ / frame.second); });
+    std::erase_if(frames_, [&](const auto& frame) { return !std::filesystem::exists(directory_ / frame.file); });
     write_pvd(directory_ / "body.pvd", frames_);
     if (simulation_.scene().output.skin) {
-        std::vector<std::pair<double, std::string>> skins;
-        for (const auto& [time, name] : frames_) {
-            skins.emplace_back(time, skin_name(name));
+        std::vector<PvdFrame> skins;
+        for (const PvdFrame& frame : frames_) {
+            skins.push_back({frame.time, skin_name(frame.file)});
         }
         write_pvd(directory_ / "skin.pvd", skins);
     }
     probes_.commit();
     write_file(directory_ / "summary.json", text);
+}
+
+WorldResults::WorldResults(std::filesystem::path directory, const WorldSimulation& world)
+    : owned_(std::move(directory)), world_(world) {
+    for (const char* name : {"summary.json", "bodies.pvd"}) {
+        remove_file(owned_.path() / name);
+    }
+    for (std::size_t b = 0; b < world.body_count(); ++b) {
+        bodies_.emplace_back(owned_.path() / world.name(b), world.body(b));
+    }
+}
+
+void WorldResults::record() {
+    for (Results& body : bodies_) {
+        body.record();
+    }
+}
+
+void WorldResults::finish(const WorldSummary& summary) {
+    const std::string text = summary_json(summary);
+    std::vector<PvdFrame> frames;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        bodies_[b].finish(summary.bodies[b]);
+        for (const PvdFrame& frame : bodies_[b].frames()) {
+            frames.push_back({frame.time, world_.name(b) + "/" + frame.file, static_cast<int>(b)});
+        }
+    }
+    std::stable_sort(frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+    write_pvd(owned_.path() / "bodies.pvd", frames);
+    write_file(owned_.path() / "summary.json", text);
 }
 
 } // namespace hybmss

@@ -4,19 +4,21 @@
 /// The output directory of a run: body_NNNN.vtu, body.pvd, probes.csv, summary.json; skin_NNNN.vtp, skin.pvd.
 
 #include "hybmss/simulation/simulation.hpp"
+#include "hybmss/simulation/world_simulation.hpp"
 #include "hybmss/skin.hpp"
 #include "simulation/results/atomic_file.hpp"
+#include "simulation/results/vtu_file.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace hybmss {
@@ -59,6 +61,9 @@ public:
     /// Puts body.pvd, skin.pvd, probes.csv and summary.json in place.
     void finish(const Summary& summary);
 
+    /// Of body.pvd, so far.
+    std::span<const PvdFrame> frames() const { return frames_; }
+
 private:
     void write_skin(std::span<const std::array<double, 3>> displacements);
 
@@ -67,7 +72,7 @@ private:
     const Simulation& simulation_;
     std::vector<std::array<std::uint32_t, 8>> cells_; ///< those present at cut_cells_
     std::size_t cut_cells_;
-    std::vector<std::pair<double, std::string>> frames_;
+    std::vector<PvdFrame> frames_;
     AtomicFile probes_;
     std::string rows_; ///< of probes.csv
     /// Of the scene's output: its mesh, at skin_cut_cells_ without what was cut away and with what that laid bare.
@@ -76,10 +81,26 @@ private:
     std::size_t skin_cut_cells_ = 0;
 };
 
+/// Keeps the results of a world: those of each body in a directory of its name, bodies.pvd for all of them, and a
+/// summary.json of contacts and ties. Replaces and throws as Results does.
+class WorldResults {
+public:
+    WorldResults(std::filesystem::path directory, const WorldSimulation& world);
+
+    void record();
+    void finish(const WorldSummary& summary);
+
+private:
+    OwnedDirectory owned_;
+    const WorldSimulation& world_;
+    std::deque<Results> bodies_;
+};
+
 /// What was chosen, as summary.json and `hybmss explain --json` hold it.
 nlohmann::ordered_json plan_json(const PlanDescription& plan);
 
 /// The text of summary.json. Throws NotFinite for a value that is not finite.
 std::string summary_json(const Summary& summary);
+std::string summary_json(const WorldSummary& summary);
 
 } // namespace hybmss

@@ -139,4 +139,34 @@ std::string summary_json(const Summary& summary) {
     return json.dump(2) + "\n";
 }
 
+std::string summary_json(const WorldSummary& summary) {
+    Json json;
+    json["converged"] = summary.converged;
+    json["failure"] = summary.failure;
+    json["contacts"] = Json::array();
+    for (const auto& [first, second, reading] : summary.contacts) {
+        json["contacts"].push_back({{"between", {first, second}},
+                                    {"force", reading.force},
+                                    {"impulse", reading.impulse},
+                                    {"nodes", reading.nodes},
+                                    {"depth", reading.depth},
+                                    {"greatest_depth", reading.greatest_depth}});
+    }
+    json["attachments"] = Json::array();
+    for (const AttachmentReading& tied : summary.attachments) {
+        json["attachments"].push_back(
+            {{"from", tied.from}, {"to", tied.to}, {"ties", tied.ties}, {"force", tied.force}});
+    }
+    json["steps"] = summary.steps;
+    json["residual"] = summary.settlement.residual;
+    json["kinetic_ratio"] = summary.settlement.kinetic_ratio;
+    json["time"] = summary.time;
+    json["time_step"] = summary.time_step;
+    json["critical_time_step"] = summary.critical_time_step;
+    json["wall_seconds"] = summary.wall_seconds;
+    json["version"] = kVersion;
+    require_finite(json);
+    return json.dump(2) + "\n";
+}
+
 } // namespace hybmss

@@ -123,13 +123,13 @@ void write_vtp(const std::filesystem::path& path, const VtpMesh& mesh) {
     write_file(path, header.str() + appended.data() + "\n</AppendedData>\n</VTKFile>\n");
 }
 
-void write_pvd(const std::filesystem::path& path, std::span<const std::pair<double, std::string>> frames) {
+void write_pvd(const std::filesystem::path& path, std::span<const PvdFrame> frames) {
     std::ostringstream text;
     text.precision(17);
     text << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"" << kByteOrder
          << "\">\n<Collection>\n";
-    for (const auto& [time, name] : frames) {
-        text << "<DataSet timestep=\"" << time << "\" part=\"0\" file=\"" << name << "\"/>\n";
+    for (const auto& [time, name, part] : frames) {
+        text << "<DataSet timestep=\"" << time << "\" part=\"" << part << "\" file=\"" << name << "\"/>\n";
     }
     text << "</Collection>\n</VTKFile>\n";
     write_file(path, text.str());

@@ -63,6 +63,11 @@ inline constexpr std::string_view kVtpBeginning = "<?xml version=\"1.0\"?>\n<VTK
 void write_vtp(const std::filesystem::path& path, const VtpMesh& mesh);
 
 /// The list of (time in s, file name) that ParaView opens as one animation.
-void write_pvd(const std::filesystem::path& path, std::span<const std::pair<double, std::string>> frames);
+struct PvdFrame {
+    double time; ///< s
+    std::string file;
+    int part = 0; ///< of those at one time
+};
+void write_pvd(const std::filesystem::path& path, std::span<const PvdFrame> frames);
 
 } // namespace hybmss

@@ -100,7 +100,59 @@ std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3>
     return nodes;
 }
 
-Supports::Supports(const Scene& scene, std::span<const Vector3> rest) : moves_(scene.moves) {
+namespace {
+
+/// u of what is at x, where the body's place turns it by so many times its angle.
+Vector3 turned_by(double times, const SceneBody& body, const Vector3& x) {
+    Vector3 middle = body.origin;
+    for (std::size_t a = 0; a < 3; ++a) {
+        middle[a] += static_cast<double>(body.cells[a]) * body.cell_size / 2;
+    }
+    return rotated(*body.place.rotate, x, middle, {times, 0, 0}).displacement;
+}
+
+} // namespace
+
+std::vector<Vector3> initial_displacements(const Scene& scene, std::span<const Vector3> rest) {
+    if (!scene.body.place.rotate) {
+        return {};
+    }
+    if (scene.solver.method == SolverMethod::static_equilibrium) {
+        throw scene_error(scene, "body.place.rotate",
+                          "a static scene has no body that is turned: turn its loads and moves");
+    }
+    std::vector<Vector3> displacements;
+    displacements.reserve(rest.size());
+    for (const Vector3& x : rest) {
+        displacements.push_back(turned_by(1, scene.body, x));
+    }
+    return displacements;
+}
+
+Vector3 at_rest(const SceneBody& body, const Vector3& x) {
+    Vector3 rest = x;
+    if (body.place.rotate) {
+        const Vector3 back = turned_by(-1, body, x);
+        for (std::size_t a = 0; a < 3; ++a) {
+            rest[a] += back[a];
+        }
+    }
+    return rest;
+}
+
+std::vector<Vector3> positions(std::span<const Vector3> rest, std::span<const Vector3> displacements) {
+    std::vector<Vector3> sum(rest.begin(), rest.end());
+    for (std::size_t n = 0; n < displacements.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            sum[n][a] += displacements[n][a];
+        }
+    }
+    return sum;
+}
+
+Supports::Supports(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> turned)
+    : moves_(scene.moves) {
+    const std::vector<Vector3> begin = positions(rest, turned);
     std::map<std::uint32_t, Held> held;
     std::set<std::uint32_t> fixed_nodes, moved_nodes;
     for (std::size_t f = 0; f < scene.fixes.size(); ++f) {
@@ -116,7 +168,7 @@ Supports::Supports(const Scene& scene, std::span<const Vector3> rest) : moves_(s
     for (std::size_t m = 0; m < moves_.size(); ++m) {
         const int by = static_cast<int>(m);
         const std::vector<std::uint32_t> nodes = nodes_of(scene, rest, moves_[m].where, path_of(by));
-        centers_.push_back(rest_centroid(rest, nodes));
+        centers_.push_back(rest_centroid(begin, nodes));
         end_of_motion_ = std::max(end_of_motion_, moves_[m].over);
         for (std::uint32_t n : nodes) {
             moved_nodes.insert(n);
@@ -142,7 +194,9 @@ Supports::Supports(const Scene& scene, std::span<const Vector3> rest) : moves_(s
             node.axes = static_cast<AxisSet>(node.axes | (entry.by[a] != Held::kFree ? 1u << a : 0u));
         }
         held_.push_back(entry);
-        held_rest_.push_back(rest[n]);
+        held_rest_.push_back(begin[n]);
+        held_turned_.push_back(turned.empty() ? Vector3{0, 0, 0} : turned[n]);
+        node.displacement = held_turned_.back();
         present_.push_back(node);
     }
     accelerations_.resize(present_.size());
@@ -164,7 +218,7 @@ std::span<const PrescribedNode> Supports::set(const KinematicsOf& kinematics) {
                 k = kinematics(moves_[m], held_rest_[i], centers_[m]);
                 last = by;
             }
-            present_[i].displacement[a] = k.displacement[a];
+            present_[i].displacement[a] = held_turned_[i][a] + k.displacement[a];
             present_[i].velocity[a] = k.velocity[a];
             accelerations_[i][a] = k.acceleration[a];
         }
@@ -399,8 +453,8 @@ double end_of_tables(const Scene& scene) {
     return end;
 }
 
-std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector3> rest, std::span<const double> masses,
-                                      const Supports& supports) {
+std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> begin,
+                                      std::span<const double> masses, const Supports& supports) {
     std::vector<Vector3> velocities(rest.size(), Vector3{0, 0, 0});
     std::vector<std::size_t> given(rest.size(), scene.starts.size());
     for (std::size_t s = 0; s < scene.starts.size(); ++s) {
@@ -415,14 +469,14 @@ std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector
         for (const std::uint32_t n : nodes) {
             mass += masses[n];
             for (std::size_t a = 0; a < 3; ++a) {
-                center[a] += masses[n] * rest[n][a];
+                center[a] += masses[n] * begin[n][a];
             }
         }
         for (const std::uint32_t n : nodes) {
             const Vector3& w = start.angular_velocity;
             Vector3 r{};
             for (std::size_t a = 0; a < 3; ++a) {
-                r[a] = rest[n][a] - center[a] / mass;
+                r[a] = begin[n][a] - center[a] / mass;
             }
             for (std::size_t a = 0; a < 3; ++a) {
                 const std::size_t i = (a + 1) % 3, j = (a + 2) % 3;

@@ -39,6 +39,16 @@ struct Kinematics {
 /// The state at `time` of the node at `rest`; rotations turn about the axis through `center`.
 Kinematics moved(const Move& move, const Vector3& rest, const Vector3& center, double time);
 
+/// By how much nodes begin away from rest, where the body's place turns it: one a node. Else none at all. Throws
+/// SceneError for a static scene.
+std::vector<Vector3> initial_displacements(const Scene& scene, std::span<const Vector3> rest);
+
+/// The point of a body at rest that begins at x, m.
+Vector3 at_rest(const SceneBody& body, const Vector3& x);
+
+/// rest + displacements, or `rest` where there are none.
+std::vector<Vector3> positions(std::span<const Vector3> rest, std::span<const Vector3> displacements);
+
 /// How many of some nodes are held, and how many of these by a fix or move that holds other nodes too but not all of
 /// them.
 struct SharedSupports {
@@ -52,8 +62,9 @@ std::string where_text(const Scene& scene, const std::string& path);
 /// Which axes of which nodes are held, and how they move.
 class Supports {
 public:
-    /// Throws SceneError where a region is empty, or where two entries ask different things of one axis of one node.
-    Supports(const Scene& scene, std::span<const Vector3> rest);
+    /// `turned`: initial_displacements(). Throws SceneError where a region is empty, or where two entries ask different
+    /// things of one axis of one node.
+    Supports(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> turned);
 
     /// When the last motion has come to its end, s; 0 without any.
     double end_of_motion() const { return end_of_motion_; }
@@ -88,7 +99,8 @@ private:
     std::vector<Move> moves_;
     std::vector<Vector3> centers_;
     std::vector<Held> held_;
-    std::vector<Vector3> held_rest_;
+    std::vector<Vector3> held_rest_;   ///< where motions begin
+    std::vector<Vector3> held_turned_; ///< by how much that is from rest
     std::vector<PrescribedNode> present_;
     std::vector<Vector3> accelerations_;
     double end_of_motion_ = 0;
@@ -119,10 +131,10 @@ std::vector<Vector3> nodal_loads(const Scene& scene, std::span<const LoadedNodes
 /// The last time of all tables of loads and gravity, s; -infinity where the scene has none.
 double end_of_tables(const Scene& scene);
 
-/// The velocities that [[start]]s give, m/s, one a node. Throws SceneError where a region is empty, and for a node that
-/// would begin with another velocity than the one it is held at.
-std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector3> rest, std::span<const double> masses,
-                                      const Supports& supports);
+/// The velocities that [[start]]s give, m/s, one a node, `begin` being where nodes begin. Throws SceneError where a
+/// region is empty, and for a node that would begin with another velocity than the one it is held at.
+std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> begin,
+                                      std::span<const double> masses, const Supports& supports);
 
 /// Springs do not tell a turn from none: where plates turn by more than half a turn against each other, an equilibrium
 /// of them may be that of a body that is twisted by a whole turn less, its cells having slipped through each other.

@@ -274,7 +274,11 @@ void Simulation::Implementation::cut_again(std::span<const std::uint32_t> listed
     for (const std::uint32_t c : listed) {
         now.push_back({c, lattice.cell_scales()[c]});
     }
-    on_explicit([&](auto& d) { d.remove_cells(lattice, listed); });
+    if (remove_from_dynamics) {
+        remove_from_dynamics(lattice, listed);
+    } else {
+        on_explicit([&](auto& d) { d.remove_cells(lattice, listed); });
+    }
     removed.insert(removed.end(), now.begin(), now.end());
     const std::span<const double> mass = masses();
     for (std::size_t n = 0; n < loads.size(); ++n) {
@@ -307,7 +311,7 @@ void Simulation::Implementation::uncut() {
                                static_cast<int>(cell / nx / ny), scale);
     }
     spread_loads();
-    probes = probes_of(scene, rest, supports);
+    probes = probes_of(scene, rest, turned, supports);
 }
 
 void Simulation::Implementation::cut_now() {

@@ -55,7 +55,7 @@ double relative_residual(const NodalForces& forces, std::span<const PrescribedNo
 } // namespace
 
 ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, std::span<const Vector3> displacements,
-                        std::span<const Vector3> support) {
+                        std::span<const Vector3> support, std::span<const Vector3> turned) {
     ProbeReading reading;
     reading.name = probe.name;
     reading.reaction_nodes = probe.reaction_nodes;
@@ -63,16 +63,17 @@ ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, 
     const auto count = static_cast<double>(probe.nodes.size());
     for (std::uint32_t n : probe.nodes) {
         const Vector3 &u = displacements[n], &f = support[n];
-        Vector3 r{};
+        Vector3 r{}, since = u; // where it began
         for (std::size_t a = 0; a < 3; ++a) {
             r[a] = rest[n][a] - probe.centroid[a] + u[a];
+            since[a] -= turned.empty() ? 0 : turned[n][a];
             reading.force[a] += f[a];
-            reading.mean_displacement[a] += u[a] / count;
+            reading.mean_displacement[a] += since[a] / count;
         }
         reading.torque[0] += r[1] * f[2] - r[2] * f[1];
         reading.torque[1] += r[2] * f[0] - r[0] * f[2];
         reading.torque[2] += r[0] * f[1] - r[1] * f[0];
-        reading.max_displacement = std::max(reading.max_displacement, std::hypot(u[0], u[1], u[2]));
+        reading.max_displacement = std::max(reading.max_displacement, std::hypot(since[0], since[1], since[2]));
     }
     return reading;
 }
@@ -322,7 +323,7 @@ std::vector<ProbeReading> Simulation::Implementation::read_probes() const {
     const std::vector<Vector3> support = reactions(), u = displacements_of(dynamics);
     std::vector<ProbeReading> readings;
     for (const ProbeNodes& probe : probes) {
-        readings.push_back(read_probe(probe, rest, u, support));
+        readings.push_back(read_probe(probe, rest, u, support, turned));
     }
     return readings;
 }

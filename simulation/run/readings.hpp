@@ -29,13 +29,14 @@ struct NodalForces {
 struct ProbeNodes {
     std::string name;
     std::vector<std::uint32_t> nodes;
-    Vector3 centroid = {0, 0, 0}; ///< m, at rest
+    Vector3 centroid = {0, 0, 0}; ///< m, where the body begins
     std::size_t reaction_nodes = 0, shared_reaction_nodes = 0;
     std::string shared = {}; ///< what to tell of the shared ones
 };
 
+/// `turned`: the displacements that the body begins with, where these are not zero.
 ProbeReading read_probe(const ProbeNodes& probe, std::span<const Vector3> rest, std::span<const Vector3> displacements,
-                        std::span<const Vector3> support);
+                        std::span<const Vector3> support, std::span<const Vector3> turned = {});
 
 /// By how much a lattice is too stiff where a state bends or twists within its cells, over the stiffness of cells
 /// without end; 0 with springs on means, where every cell is deformed alike all over, and where nothing is deformed

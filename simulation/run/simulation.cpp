@@ -2,6 +2,7 @@
 
 #include "layouts/messages.hpp"
 #include "simulation/geometry/cells.hpp"
+#include "simulation/run/run_in_time.hpp"
 #include "simulation/run/simulation_implementation.hpp"
 
 #include <algorithm>
@@ -127,22 +128,18 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
     Implementation& body = *implementation_;
-    const auto write = [&] {
-        if (callbacks.output) {
-            callbacks.output();
-        }
-    };
     std::string failure;
     bool interrupted = false;
     if (body.is_static()) {
         if (callbacks.estimate) {
             callbacks.estimate(body.estimated_seconds());
         }
+        const std::function<void()> write = callbacks.output ? callbacks.output : [] {};
         write();
         failure = body.solve(callbacks);
         write();
     } else {
-        failure = run_in_time(callbacks, elapsed, write, interrupted);
+        failure = run_in_time(body, body.scene, callbacks, elapsed, interrupted);
     }
     Summary summary = body.summary(std::move(failure));
     summary.interrupted = interrupted;
@@ -150,95 +147,6 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
     summary.plan = describe();
     summary.wall_seconds = elapsed();
     return summary;
-}
-
-std::string Simulation::run_in_time(const RunCallbacks& callbacks, const std::function<double()>& elapsed,
-                                    const std::function<void()>& write, bool& interrupted) {
-    Implementation& body = *implementation_;
-    // Up to rounding, a duration of n steps takes n steps.
-    const auto steps_until = [&](double t) {
-        return static_cast<long>(std::min(std::ceil(t / body.time_step * (1 - 1e-12)), 1e17));
-    };
-    const Solver& solver = body.scene.solver;
-    const long total = std::max(steps_until(solver.duration), body.steps);
-    const long between_checks = body.steps_between_checks();
-
-    struct Good {
-        std::vector<Vector3> displacements, velocities;
-        std::vector<double> effect_memory;
-        long steps;
-        Implementation::CutsDone cuts;
-    };
-    const auto present = [&] {
-        return Good{displacements(), velocities(), effect_memory_of(body.dynamics), body.steps, body.cuts_done()};
-    };
-
-    std::string failure;
-    Good good = present();
-    if (!std::exchange(body.continued, false)) {
-        write();
-        body.outputs = 1;
-        body.written = body.steps;
-    }
-    constexpr double kSoon = 1; // s
-    const long first = body.steps;
-    bool told = !callbacks.estimate;
-    const auto tell = [&, begin = elapsed()] {
-        if (const double seconds = elapsed() - begin; !told && seconds >= kSoon) {
-            callbacks.estimate(seconds / static_cast<double>(body.steps - first) * static_cast<double>(total - first));
-            told = true;
-        }
-    };
-    while (body.steps < total) {
-        const long next_output =
-            body.scene.output.every
-                ? std::max(steps_until(static_cast<double>(body.outputs) * *body.scene.output.every), body.steps + 1)
-                : total;
-        const long check = std::min({total, next_output, body.steps + between_checks});
-        if (!told && body.steps == first) {
-            failure = body.step(1);
-            if (failure.empty()) {
-                tell();
-            }
-        }
-        if (failure.empty()) {
-            failure = body.step(check - body.steps);
-        }
-        if (!failure.empty()) {
-            break;
-        }
-        tell();
-        const Energies energies = body.energies();
-        failure = body.blow_up(energies);
-        if (!failure.empty()) {
-            body.restore(good.displacements, good.velocities, good.effect_memory, good.steps, good.cuts);
-            break;
-        }
-        good = present();
-        const bool test = solver.tolerance && !body.changing();
-        const Settlement settlement = test || callbacks.progress ? body.settlement(energies) : Settlement{};
-        if (callbacks.progress) {
-            callbacks.progress({body.steps, total, body.time(), elapsed(), energies, settlement, {}});
-        }
-        if (body.steps >= next_output && body.scene.output.every) {
-            write();
-            body.written = body.steps;
-            ++body.outputs;
-        }
-        if (test && settlement.settled) {
-            break;
-        }
-        // Only here, where nothing of this check is left to do: what goes on from a checkpoint begins with a step.
-        if (callbacks.checkpoint && !callbacks.checkpoint()) {
-            interrupted = true;
-            return "";
-        }
-    }
-    if (body.written != body.steps) {
-        write();
-        body.written = body.steps;
-    }
-    return failure;
 }
 
 Summary Simulation::Implementation::summary(std::string failure) const {

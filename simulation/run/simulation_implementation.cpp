@@ -140,13 +140,15 @@ std::string explained(const EquilibriumResult& result, const Scene& scene) {
 
 } // namespace
 
-std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest, const Supports& supports) {
+std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> turned,
+                                  const Supports& supports) {
+    const std::vector<Vector3> begin = positions(rest, turned);
     std::vector<ProbeNodes> probes;
     for (std::size_t p = 0; p < scene.probes.size(); ++p) {
         ProbeNodes& probe = probes.emplace_back();
         probe.name = scene.probes[p].name;
         probe.nodes = nodes_of(scene, rest, scene.probes[p].where, "probe[" + std::to_string(p) + "].where");
-        probe.centroid = rest_centroid(rest, probe.nodes);
+        probe.centroid = rest_centroid(begin, probe.nodes);
         const SharedSupports shared = supports.shared(scene, rest, probe.nodes);
         probe.reaction_nodes = shared.held;
         probe.shared_reaction_nodes = shared.shared;
@@ -164,8 +166,8 @@ std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> r
 
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
     : scene(within_ranges(std::move(given))), options(wanted), lattice(make_lattice(scene, options)),
-      rest(hybmss::rest_positions(lattice, scene.body.origin)), supports(scene, rest),
-      probes(probes_of(scene, rest, supports)), tables_end(end_of_tables(scene)),
+      rest(hybmss::rest_positions(lattice, scene.body.origin)), turned(initial_displacements(scene, rest)),
+      supports(scene, rest, turned), probes(probes_of(scene, rest, turned, supports)), tables_end(end_of_tables(scene)),
       frequencies(lattice_frequencies(lattice, scene.material)), obstacles(scene, frequencies.critical_time_step()),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
       critical_time_step(frequencies.critical_time_step(scene.damping.stiffness)),
@@ -182,7 +184,10 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
             throw scene_error(scene, "solver.method",
                               "a scene with [[start]] must be solved in time: an equilibrium has no velocities");
         }
-        set_state(dynamics, displacements_of(dynamics), start_velocities(scene, rest, masses(), supports));
+    }
+    if (!scene.starts.empty() || !turned.empty()) {
+        set_state(dynamics, turned.empty() ? displacements_of(dynamics) : turned,
+                  start_velocities(scene, rest, positions(rest, turned), masses(), supports));
     }
     prescribe();
     check_start();
@@ -298,39 +303,56 @@ std::string Simulation::Implementation::step(long count) {
         }
         return failure;
     }
-    // Plates are set after each step, so that every force is taken with all nodes at the same time.
-    StepMotion motion;
-    motion.nodes = [this](long step) { return supports.at(time_after(steps + step)); };
-    if (!obstacles.empty()) {
-        motion.obstacles = [this](long step) { return obstacles.at(time_after(steps + step)); };
-    }
-    const auto advance = [&](long n, const StepMotion& led) {
-        on_explicit([&](auto& d) { d.step(step_parameters(), n, led); });
-        steps += n;
-    };
     cut_now();
-    for (long end = steps + count; steps < end; cut_now()) {
-        const long next = std::min(end, schedule.next_step());
-        while (steps < next) {
-            const bool led = moving(), by_tables = time() < tables_end;
-            if (by_tables && scene.solver.method == SolverMethod::leapfrog) {
-                load_as_at(time() + time_step / 2); // what acts in a step is constant: its mean, to the second order
-            }
-            advance(meter || by_tables ? 1 : (led ? std::min(next, last_step_of_motion()) : next) - steps,
-                    led ? motion : StepMotion{});
-            if (by_tables) {
-                load_as_at(time());
-            }
-            if (meter) {
-                meter->record(metered_state());
-            }
-        }
+    for (const long end = steps + count; steps < end;) {
+        const long taken = stretch(end);
+        const StepMotion motion = begin_stretch();
+        on_explicit([&](auto& d) { d.step(step_parameters(), taken, motion); });
+        end_stretch(taken);
     }
     return "";
 }
 
-void Simulation::Implementation::restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
-                                         std::span<const double> effect_memory, long at_step, const CutsDone& cuts) {
+long Simulation::Implementation::stretch(long end) const {
+    if (meter || time() < tables_end) {
+        return 1;
+    }
+    const long next = std::min(end, schedule.next_step());
+    return (moving() ? std::min(next, last_step_of_motion()) : next) - steps;
+}
+
+StepMotion Simulation::Implementation::begin_stretch() {
+    if (time() < tables_end && scene.solver.method == SolverMethod::leapfrog) {
+        load_as_at(time() + time_step / 2); // what acts in a step is constant: its mean, to the second order
+    }
+    // Plates are set after each step, so that every force is taken with all nodes at the same time.
+    StepMotion motion;
+    if (moving()) {
+        motion.nodes = [this](long step) { return supports.at(time_after(steps + step)); };
+        if (!obstacles.empty()) {
+            motion.obstacles = [this](long step) { return obstacles.at(time_after(steps + step)); };
+        }
+    }
+    return motion;
+}
+
+void Simulation::Implementation::end_stretch(long taken) {
+    const bool by_tables = time() < tables_end;
+    steps += taken;
+    if (by_tables) {
+        load_as_at(time());
+    }
+    if (meter) {
+        meter->record(metered_state());
+    }
+    cut_now();
+}
+
+Simulation::Implementation::State Simulation::Implementation::present() const {
+    return {displacements_of(dynamics), velocities_of(dynamics), effect_memory_of(dynamics), steps, cuts_done()};
+}
+
+void Simulation::Implementation::restore(const State& state) {
     // The same plan: another measurement might choose another one, whose last bits differ.
     SimulationOptions same = options;
     same.plan = std::visit([](const auto& d) { return d.describe().choice; }, dynamics);
@@ -338,10 +360,10 @@ void Simulation::Implementation::restore(std::span<const Vector3> displacements,
     dynamics = make_dynamics(lattice, scene.material, scene.solver.method, same);
     apply_damping();
     set_obstacles(); // as they were before any cut, so that effects have the memory that they had
-    cut_again(cuts);
-    set_effect_memory(dynamics, effect_memory);
-    set_state(dynamics, displacements, velocities); // whole steps, whatever the memory says of half ones
-    steps = at_step;
+    cut_again(state.cuts);
+    set_effect_memory(dynamics, state.effect_memory);
+    set_state(dynamics, state.displacements, state.velocities); // whole steps, whatever the memory says of half ones
+    steps = state.steps;
     meter.reset(); // it knows of steps that have been taken back
     apply_loads();
     prescribe();

@@ -21,13 +21,14 @@
 namespace hybmss {
 
 /// The scene's probes. Throws SceneError where a region is empty.
-std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest, const Supports& supports);
+std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> turned,
+                                  const Supports& supports);
 
 struct Simulation::Implementation {
     Scene scene;
     SimulationOptions options;
-    Lattice lattice; ///< less what was cut away
-    std::vector<Vector3> rest;
+    Lattice lattice;                   ///< less what was cut away
+    std::vector<Vector3> rest, turned; ///< m, one a node; the latter initial_displacements()
     Supports supports;
     std::vector<ProbeNodes> probes;
     double tables_end;               ///< s: from then on loads and gravity are constant
@@ -46,6 +47,8 @@ struct Simulation::Implementation {
     bool solved = false;
     SolverWork work;
     CutSchedule schedule;
+    /// In place of the dynamics' own remove_cells(), where another has to know of it.
+    std::function<void(Lattice&, std::span<const std::uint32_t>)> remove_from_dynamics;
     std::vector<BodyCell> cells; ///< of the whole body; from the first cut on
     struct RemovedCell {
         std::uint32_t cell;
@@ -126,18 +129,29 @@ struct Simulation::Implementation {
     std::uint64_t scene_digest() const;
     void apply_damping();
     StepParameters step_parameters() const;
+    /// How many steps may be taken at once from here, up to the step `end`; what acts in them; and what follows them.
+    long stretch(long end) const;
+    StepMotion begin_stretch();
+    void end_stretch(long taken);
     /// Takes steps in time. Returns why an implicit one did not converge, with the state before it kept; or "".
     std::string step(long count);
     /// Goes to equilibrium under the whole loading.
     /// Returns why there is none, with the last state on the way kept; or "".
     std::string solve(const RunCallbacks& callbacks);
     double estimated_seconds() const;
+    struct State {
+        std::vector<Vector3> displacements, velocities;
+        std::vector<double> effect_memory;
+        long steps;
+        CutsDone cuts;
+    };
+    State present() const;
     /// Starts afresh from a known state: nothing of what the dynamics hold inside may outlive values that are not
     /// finite.
-    void restore(std::span<const Vector3> displacements, std::span<const Vector3> velocities,
-                 std::span<const double> effect_memory, long at_step, const CutsDone& cuts);
+    void restore(const State& state);
 
     Energies energies() const;
+    static const Energies& total(const Energies& energies) { return energies; }
     Settlement settlement(const Energies& energies) const;
     /// How often the state is looked at: a look costs about three explicit steps, so that looks take some 6 % of a run;
     /// an implicit step costs far more.

@@ -1,6 +1,7 @@
 #include "hybmss/simulation/scene.hpp"
 
 #include "layouts/read_file.hpp"
+#include "simulation/scene/scene_body.hpp"
 #include "simulation/scene/scene_keys.hpp"
 
 #include <algorithm>
@@ -8,6 +9,83 @@
 namespace hybmss {
 
 using namespace scene_format;
+
+namespace scene_format {
+
+bool is_array_of_tables(const SceneValue& value) {
+    const auto* items = value.as<SceneValue::Array>();
+    return items && !items->empty() &&
+           std::all_of(items->begin(), items->end(), [](const SceneValue& v) { return v.as<SceneValue::Table>(); });
+}
+
+bool has_several_bodies(const SceneValue::Table& root) {
+    return std::any_of(root.begin(), root.end(),
+                       [](const auto& member) { return member.name == "body" && is_array_of_tables(member.value); });
+}
+
+void require_known(Scene& scene, const SceneValue::Member& member, std::span<const SceneTable> more) {
+    const std::span<const SceneTable> all = scene_tables();
+    const auto table = std::find_if(all.begin(), all.end(),
+                                    [&](const SceneTable& one) { return one.read && one.name == member.name; });
+    const bool is_table = member.value.as<SceneValue::Table>(), are_tables = is_array_of_tables(member.value);
+    if (table != all.end() && (table->repeated ? are_tables : is_table)) {
+        return;
+    }
+    scene.source.entries[member.name] = {member.place.line, member.place.column,
+                                         is_table || are_tables ? "" : member.value.place.value};
+    if (has_several_bodies({member})) {
+        throw scene_error(scene, member.name,
+                          "several bodies: only `hybmss run` and `hybmss explain` take such scenes");
+    }
+    std::vector<SceneTable> known;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(known), [](const SceneTable& one) { return one.read; });
+    std::copy_if(more.begin(), more.end(), std::back_inserter(known),
+                 [](const SceneTable& one) { return one.repeated && one.name != "body"; });
+    if (const auto others = world_tables();
+        more.empty() && std::any_of(others.begin(), others.end(), [&](const auto& one) {
+            return one.read == nullptr && one.repeated && one.name == member.name;
+        })) {
+        throw scene_error(scene, member.name, "it is for scenes of [[body]] tables, which have names");
+    }
+    throw scene_error(scene, member.name,
+                      table == all.end() ? "unknown table; allowed are " + name_list(known)
+                      : table->repeated  ? "it must be given as [[" + member.name + "]], any number of times"
+                                         : "it must be a table, [" + member.name + "]");
+}
+
+void read_scene(Scene& scene, const SceneValue::Table& root) {
+    for (const SceneValue::Member& member : root) {
+        require_known(scene, member);
+    }
+    for (const SceneTable& table : scene_tables()) {
+        const std::string name(table.name);
+        const auto member = std::find_if(root.begin(), root.end(), [&](const auto& one) { return one.name == name; });
+        if (!table.read) {
+            continue;
+        }
+        if (member == root.end()) {
+            if (table.required) {
+                scene.source.entries[name] = {1, 1, {}};
+                throw scene_error(scene, name,
+                                  "missing; a scene needs a table [" + name + "] with " + name_list(table.keys()));
+            }
+        } else if (!table.repeated) {
+            table.read(scene, member->value, name);
+        } else {
+            std::size_t number = 0;
+            for (const SceneValue& item : *member->value.as<SceneValue::Array>()) {
+                table.read(scene, item, name + "[" + std::to_string(number++) + "]");
+            }
+        }
+    }
+    if (scene.body.size[0] > 0 && scene.body.cell_size == 0 && !scene.solver.accuracy) {
+        throw scene_error(scene, "body.size",
+                          "its mesh must be told: by cell_size, or by accuracy in [solver], which chooses it");
+    }
+    read_body_files(scene);
+}
+
+} // namespace scene_format
 
 namespace {
 
@@ -76,8 +154,7 @@ Scene within_ranges(Scene scene) {
 std::string scene_keys_markdown() {
     std::string text;
     const auto append = [&](auto... parts) { (text.append(parts), ...); };
-    for (const SceneTable& table : scene_tables()) {
-        const bool top = table.read != nullptr;
+    const auto append_table = [&](const SceneTable& table, bool top) {
         append("### `",
                !top             ? ""
                : table.repeated ? "[["
@@ -94,6 +171,12 @@ std::string scene_keys_markdown() {
                    " | ", key.meaning, " |\n");
         }
         append("\n");
+    };
+    for (const SceneTable& table : scene_tables()) {
+        append_table(table, table.read != nullptr);
+    }
+    for (const SceneTable& table : world_tables()) {
+        append_table(table, table.repeated);
     }
     text.pop_back();
     return text;

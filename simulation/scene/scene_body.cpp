@@ -150,6 +150,7 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     const bool fractions = scene.body.fractions;
     SceneBody body = (fractions ? filled : voxelised)(surface, orientation, scene.body.cell_size);
     body.surface = scene.body.surface;
+    body.place = scene.body.place;
     body.fractions = fractions;
     body.surface_volume = std::abs(enclosed_volume(surface));
     if (scene.output.skin || std::any_of(scene.loads.begin(), scene.loads.end(),
@@ -167,18 +168,18 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
 } // namespace
 
 void read_body_files(Scene& scene) {
-    if (body_key(scene.body) == "body.cells") {
-        return;
-    }
     const std::filesystem::path folder = std::filesystem::path(scene.source.file).parent_path();
     try {
         if (!scene.body.voxels.empty()) {
             read_voxel_body(scene, folder / scene.body.voxels);
-        } else {
+        } else if (!scene.body.surface.empty()) {
             read_surface_body(scene, folder / scene.body.surface);
         }
     } catch (const std::runtime_error& error) {
         throw scene_error(scene, body_key(scene.body), error.what());
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+        scene.body.origin[a] += scene.body.place.translate[a];
     }
 }
 

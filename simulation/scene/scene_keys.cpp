@@ -13,6 +13,26 @@ constexpr Range kMethod = words("\"symplectic-euler\", \"leapfrog\", \"backward-
 
 // -- [body]
 
+/// As a Move's, about the middle of the body's grid.
+constexpr Key<Place> kPlaceKeys[] = {
+    {"translate", "m", kBounded, "[0, 0, 0]",
+     "the grid's low corner goes there from where the file, or the origin, "
+     "has it",
+     member<&Place::translate>},
+    {"rotate", "", kRotationTable, "none", "a turn about the middle of the grid; not in a static scene",
+     field<TableFormat<kRotation>, Member<&Place::rotate>>},
+};
+constexpr KeyTable<Place> kPlace = {
+    "body.place", "The value of `place`. Regions (`where`) are those of the body that is moved and not turned yet.",
+    kPlaceKeys};
+
+/// Not written where a body is in its own place.
+struct Placed : Member<&SceneBody::place> {
+    static std::optional<Place> get(const SceneBody& body) {
+        return body.place == Place{} ? std::nullopt : std::optional(body.place);
+    }
+};
+
 /// The cells of a full box; those of other bodies follow from the size or the file.
 struct BoxCells : Member<&SceneBody::cells> {
     static std::optional<Stored> get(const SceneBody& body) {
@@ -41,6 +61,9 @@ constexpr Key<SceneBody> kBodyKeys[] = {
     {"cell_size", "m", from(1e-6, 1e6, "at least 1e-6 and at most 1e6"),
      "that of an NRRD file with spacings; free for a `size` with `solver.accuracy`; else required", "edge of a cell",
      field<NumberFormat, Unless0<&SceneBody::cell_size>>},
+    {"place", "",
+     words("{translate = [x, y, z], rotate = {axis = \"x\", \"y\" or \"z\", degrees = angle}}, or one of both"), "none",
+     "where the body begins", field<TableFormat<kPlace>, Placed>},
 };
 
 void complete_body(const GivenTable& given, SceneBody& body) {
@@ -527,6 +550,7 @@ constexpr SceneTable kTables[] = {
     of_scene<kSolver, &Scene::solver>(true),
     of_scene<kOutput, &Scene::output>(),
     of_scene<kProbe, &Scene::probes>(),
+    inner<kPlace>(),
     inner<kBehind>(),
     inner<kRotation>(),
     inner<kWhere>(),

@@ -4,6 +4,7 @@
 /// What a row of the table of scene keys is made of: how a value stands in the text, and which member holds it. From a
 /// row come reading, checking, writing and the documentation.
 
+#include "hybmss/simulation/world_scene.hpp"
 #include "simulation/scene/scene_value.hpp"
 
 #include <array>
@@ -330,5 +331,25 @@ struct SceneTable {
 
 /// All tables, in the order in which they are read, written and documented.
 std::span<const SceneTable> scene_tables();
+/// Those that scenes of several bodies have besides; without `read`.
+std::span<const SceneTable> world_tables();
+
+bool is_array_of_tables(const SceneValue& value);
+/// Whether the scene has [[body]] tables.
+bool has_several_bodies(const SceneValue::Table& root);
+
+/// Refuses a table of a scene that is none of scene_tables() or `more`, or that is not of its kind.
+void require_known(Scene& scene, const SceneValue::Member& member, std::span<const SceneTable> more = {});
+
+/// Reads all tables of a scene, and the files that its body names.
+void read_scene(Scene& scene, const SceneValue::Table& root);
+
+/// A scene's text as values.
+struct SceneText {
+    SceneValue::Table root;
+    std::string canonical; ///< SceneSource::canonical
+};
+/// Of a scene with [[body]] tables.
+WorldScene read_world(const SceneText& text, const std::string& filename);
 
 } // namespace hybmss::scene_format

@@ -1,7 +1,6 @@
 // Scenes as TOML text: read, and written.
 
 #include "layouts/read_file.hpp"
-#include "simulation/scene/scene_body.hpp"
 #include "simulation/scene/scene_keys.hpp"
 
 #include <algorithm>
@@ -92,58 +91,6 @@ SceneValue value_of(const toml::node& node, const TomlText& text) {
     return value;
 }
 
-bool is_array_of_tables(const SceneValue& value) {
-    const auto* items = value.as<SceneValue::Array>();
-    return items && !items->empty() &&
-           std::all_of(items->begin(), items->end(), [](const SceneValue& v) { return v.as<SceneValue::Table>(); });
-}
-
-/// Refuses a table of the scene that there is not, or that is not of its kind.
-void require_known(Scene& scene, const SceneValue::Member& member) {
-    const std::span<const SceneTable> all = scene_tables();
-    const auto table = std::find_if(all.begin(), all.end(),
-                                    [&](const SceneTable& one) { return one.read && one.name == member.name; });
-    const bool is_table = member.value.as<SceneValue::Table>(), are_tables = is_array_of_tables(member.value);
-    if (table != all.end() && (table->repeated ? are_tables : is_table)) {
-        return;
-    }
-    scene.source.entries[member.name] = {member.place.line, member.place.column,
-                                         is_table || are_tables ? "" : member.value.place.value};
-    std::vector<SceneTable> known;
-    std::copy_if(all.begin(), all.end(), std::back_inserter(known), [](const SceneTable& one) { return one.read; });
-    throw scene_error(scene, member.name,
-                      table == all.end() ? "unknown table; allowed are " + name_list(known)
-                      : table->repeated  ? "it must be given as [[" + member.name + "]], any number of times"
-                                         : "it must be a table, [" + member.name + "]");
-}
-
-void read_scene(Scene& scene, const SceneValue::Table& root) {
-    for (const SceneValue::Member& member : root) {
-        require_known(scene, member);
-    }
-    for (const SceneTable& table : scene_tables()) {
-        const std::string name(table.name);
-        const auto member = std::find_if(root.begin(), root.end(), [&](const auto& one) { return one.name == name; });
-        if (!table.read) {
-            continue;
-        }
-        if (member == root.end()) {
-            if (table.required) {
-                scene.source.entries[name] = {1, 1, {}};
-                throw scene_error(scene, name,
-                                  "missing; a scene needs a table [" + name + "] with " + name_list(table.keys()));
-            }
-        } else if (!table.repeated) {
-            table.read(scene, member->value, name);
-        } else {
-            std::size_t number = 0;
-            for (const SceneValue& item : *member->value.as<SceneValue::Array>()) {
-                table.read(scene, item, name + "[" + std::to_string(number++) + "]");
-            }
-        }
-    }
-}
-
 // -- Writing
 
 std::string toml_text(const std::string& text) {
@@ -194,43 +141,66 @@ std::string toml_text(const SceneValue& value) {
 
 } // namespace
 
-Scene parse_scene(std::string_view text, const std::string& filename) {
-    Scene scene;
-    scene.source.file = filename;
+namespace {
+
+SceneText read_toml(std::string_view text, const std::string& filename) {
     try {
         const toml::table root = toml::parse(text, std::string_view(filename));
-        read_scene(scene, *value_of(root, TomlText(text)).as<SceneValue::Table>());
-        if (scene.body.size[0] > 0 && scene.body.cell_size == 0 && !scene.solver.accuracy) {
-            throw scene_error(scene, "body.size",
-                              "its mesh must be told: by cell_size, or by accuracy in [solver], which chooses it");
-        }
         std::ostringstream canonical;
         canonical << toml::json_formatter(root);
-        scene.source.canonical = canonical.str();
-        read_body_files(scene);
+        return {*value_of(root, TomlText(text)).as<SceneValue::Table>(), canonical.str()};
     } catch (const toml::parse_error& error) {
         const toml::source_position& at = error.source().begin;
         throw SceneError(one_line(filename + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
                                   ": TOML syntax: " + std::string(error.description())));
     }
-    return scene;
 }
 
-Scene load_scene(const std::string& path) {
+std::string read_scene_file(const std::string& path) {
     constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 26; // of text that people or their scripts write
     if (std::error_code ignored; std::filesystem::is_directory(path, ignored)) {
         throw SceneError(path + ": is a directory; a scene file (TOML) is needed");
     }
     try {
-        return parse_scene(read_file(path, Readable::file_or_pipe, kMostBytes), path);
+        return read_file(path, Readable::file_or_pipe, kMostBytes);
     } catch (const ReadError& error) {
         throw SceneError(path + ": cannot be read: " + error.reason);
     }
 }
 
+Scene scene_of(const SceneText& text, const std::string& filename) {
+    Scene scene;
+    scene.source.file = filename;
+    read_scene(scene, text.root);
+    scene.source.canonical = text.canonical;
+    return scene;
+}
+
+} // namespace
+
+Scene parse_scene(std::string_view text, const std::string& filename) {
+    return scene_of(read_toml(text, filename), filename);
+}
+
+Scene load_scene(const std::string& path) {
+    return parse_scene(read_scene_file(path), path);
+}
+
+std::variant<Scene, WorldScene> parse_any_scene(std::string_view text, const std::string& filename) {
+    const SceneText read = read_toml(text, filename);
+    if (has_several_bodies(read.root)) {
+        return read_world(read, filename);
+    }
+    return scene_of(read, filename);
+}
+
+std::variant<Scene, WorldScene> load_any_scene(const std::string& path) {
+    return parse_any_scene(read_scene_file(path), path);
+}
+
 std::string to_toml(const Scene& scene) {
     if (scene.body.voxels.empty() && scene.body.surface.empty() &&
-        (!scene.body.labels.empty() || scene.body.origin != std::array<double, 3>{})) {
+        (!scene.body.labels.empty() || scene.body.origin != scene.body.place.translate)) {
         throw scene_error(scene, "body.cells", "labels and an origin that come from no file cannot be written");
     }
     std::string text;

@@ -63,11 +63,25 @@ struct RegionWithout {
 using AxisSet = std::uint8_t;
 inline constexpr AxisSet kAllAxes = 7;
 
+/// A turn about an axis through what its owner says: of a Move the rest centroid of the moved nodes.
+struct Rotation {
+    int axis = 1; ///< 0: x, 1: y, 2: z
+    double degrees = 0;
+    bool operator==(const Rotation&) const = default;
+};
+
+/// Where a body begins. Regions are those of the body that is moved and not turned yet.
+struct Place {
+    std::array<double, 3> translate = {0, 0, 0}; ///< m
+    std::optional<Rotation> rotate = {};         ///< then, about the middle of its grid; not in static scenes
+    bool operator==(const Place&) const = default;
+};
+
 /// Cubic cells of one grid: all of them, or those that have a label.
 struct SceneBody {
     std::array<std::int64_t, 3> cells = {1, 1, 1}; ///< of the grid, along x, y and z
     double cell_size = 1; ///< m; 0: free, to be chosen by solve_to_accuracy() for a box of the given size
-    std::array<double, 3> origin = {0, 0, 0}; ///< low corner of the grid, m
+    std::array<double, 3> origin = {0, 0, 0}; ///< low corner of the grid, m, with place.translate
     std::array<double, 3> size = {0, 0, 0};   ///< of a full box, m; zero where `cells` tell
     /// One a cell of the grid, x fastest, then y, then z; 0 = no cell there. Empty: every cell, of one material.
     std::vector<std::uint8_t> labels = {};
@@ -78,6 +92,7 @@ struct SceneBody {
     std::string voxels = {},
                 surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
     TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on; none unless a skin or a traction asks
+    Place place = {};
     bool operator==(const SceneBody&) const = default;
 };
 
@@ -95,13 +110,6 @@ struct Fix {
     Region where;
     AxisSet axes = kAllAxes;
     bool operator==(const Fix&) const = default;
-};
-
-/// A turn about the axis through the rest centroid of the moved nodes.
-struct Rotation {
-    int axis = 1; ///< 0: x, 1: y, 2: z
-    double degrees = 0;
-    bool operator==(const Rotation&) const = default;
 };
 
 /// Nodes that are led from rest to a final position, along the named axes.

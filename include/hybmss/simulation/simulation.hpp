@@ -230,9 +230,7 @@ public:
     Settlement settlement() const;
 
 private:
-    /// Returns why the run stopped early, or "".
-    std::string run_in_time(const RunCallbacks& callbacks, const std::function<double()>& elapsed,
-                            const std::function<void()>& write, bool& interrupted);
+    friend class WorldSimulation; // steps its bodies together
 
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
