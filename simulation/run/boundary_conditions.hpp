@@ -64,7 +64,7 @@ class Supports {
 public:
     /// `turned`: initial_displacements(). Throws SceneError where a region is empty, or where two entries ask different
     /// things of one axis of one node.
-    Supports(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> turned);
+    Supports(const Scene& scene, std::span<const Vector3> rest, std::span<const Vector3> turned = {});
 
     /// When the last motion has come to its end, s; 0 without any.
     double end_of_motion() const { return end_of_motion_; }
