@@ -349,6 +349,8 @@ struct SceneText {
     SceneValue::Table root;
     std::string canonical; ///< SceneSource::canonical
 };
+/// The tables of contacts and attachments, each with its name.
+std::vector<std::pair<std::string, SceneValue>> world_values(const WorldScene& world);
 /// Of a scene with [[body]] tables.
 WorldScene read_world(const SceneText& text, const std::string& filename);
 

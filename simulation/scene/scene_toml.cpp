@@ -198,19 +198,67 @@ std::variant<Scene, WorldScene> load_any_scene(const std::string& path) {
     return parse_any_scene(read_scene_file(path), path);
 }
 
-std::string to_toml(const Scene& scene) {
+namespace {
+
+void require_writable(const Scene& scene) {
     if (scene.body.voxels.empty() && scene.body.surface.empty() &&
         (!scene.body.labels.empty() || scene.body.origin != scene.body.place.translate)) {
         throw scene_error(scene, "body.cells", "labels and an origin that come from no file cannot be written");
     }
+}
+
+/// `more`: a line of its own, or "".
+std::string table_text(const std::string& title, const SceneValue& value, const std::string& more = "") {
+    std::string text = title + "\n" + more;
+    for (const SceneValue::Member& member : *value.as<SceneValue::Table>()) {
+        text.append(member.name).append(" = ").append(toml_text(member.value)).append("\n");
+    }
+    return text;
+}
+
+std::string title_of(const SceneTable& table) {
+    const std::string name(table.name);
+    return table.repeated ? "[[" + name + "]]" : "[" + name + "]";
+}
+
+} // namespace
+
+std::string to_toml(const Scene& scene) {
+    require_writable(scene);
     std::string text;
     for (const SceneTable& table : scene_tables()) {
         for (const SceneValue& value : table.write ? table.write(scene) : SceneValue::Array{}) {
-            text.append(table.repeated ? "[[" : "[").append(table.name).append(table.repeated ? "]]\n" : "]\n");
-            for (const SceneValue::Member& member : *value.as<SceneValue::Table>()) {
-                text.append(member.name).append(" = ").append(toml_text(member.value)).append("\n");
+            text += table_text(title_of(table), value);
+        }
+    }
+    return text;
+}
+
+std::string to_toml(const WorldScene& world) {
+    std::string text, shared;
+    for (const NamedScene& body : world.bodies) {
+        require_writable(body.scene);
+        const std::string name = "\"" + body.name + "\"\n";
+        const bool first = &body == &world.bodies[0];
+        std::string own;
+        for (const SceneTable& table : scene_tables()) {
+            for (const SceneValue& value : table.write ? table.write(body.scene) : SceneValue::Array{}) {
+                if (table.name == "body") {
+                    text += table_text("[[body]]", value, "name = " + name);
+                } else if (table.name == "material") {
+                    text += table_text("[body.material]", value);
+                } else if (table.repeated) {
+                    own += table_text(title_of(table), value, "body = " + name);
+                } else if (first) {
+                    own += table_text(title_of(table), value);
+                }
             }
         }
+        shared += own;
+    }
+    text += shared;
+    for (const auto& [name, value] : world_values(world)) {
+        text += table_text("[[" + name + "]]", value);
     }
     return text;
 }

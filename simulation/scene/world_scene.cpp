@@ -302,6 +302,17 @@ std::span<const SceneTable> world_tables() {
     return kWorldTables;
 }
 
+std::vector<std::pair<std::string, SceneValue>> world_values(const WorldScene& world) {
+    std::vector<std::pair<std::string, SceneValue>> values;
+    for (const SceneContact& contact : world.contacts) {
+        values.emplace_back(kContact.name, kContact.write(contact));
+    }
+    for (const SceneAttachment& attachment : world.attachments) {
+        values.emplace_back(kAttach.name, kAttach.write(attachment));
+    }
+    return values;
+}
+
 WorldScene read_world(const SceneText& text, const std::string& filename) {
     Scene shared;
     shared.source.file = filename;

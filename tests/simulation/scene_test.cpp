@@ -2,6 +2,7 @@
 
 #include "hybmss/simulation/scene.hpp"
 #include "hybmss/simulation/simulation.hpp"
+#include "hybmss/simulation/world_scene.hpp"
 #include "tests/program.hpp"
 
 #include <gtest/gtest.h>
@@ -53,9 +54,9 @@ TEST(Scene, every_example_is_written_and_read_back) {
     int scenes = 0;
     for (const auto& entry : std::filesystem::directory_iterator(HYBMSS_SOURCE_DIR "/examples/scenes")) {
         if (entry.path().extension() == ".toml") {
-            const Scene scene = load_scene(entry.path());
-            const std::string text = to_toml(scene);
-            EXPECT_TRUE(parse_scene(text, entry.path()) == scene) << text;
+            const std::variant<Scene, WorldScene> scene = load_any_scene(entry.path());
+            const std::string text = std::visit([](const auto& read) { return to_toml(read); }, scene);
+            EXPECT_TRUE(parse_any_scene(text, entry.path()) == scene) << text;
             ++scenes;
         }
     }

@@ -93,6 +93,16 @@ TEST(WorldScenes, a_body_has_what_names_it_and_what_all_share) {
     EXPECT_TRUE(std::holds_alternative<Scene>(parse_any_scene(one + solver(0.05), "w.toml")));
 }
 
+TEST(WorldScenes, all_that_a_world_has_is_written_and_read_again) {
+    const WorldScene world =
+        world_of(body("a", "[5, 2, 2]") + body("b", "[3, 3, 3]", "place = {translate = [1, 0, 0]}\n") + "[material]\n" +
+                 kMaterial + kShared + solver(0.05) + acts("a") +
+                 "[[contact]]\nbetween = [\"a\", \"b\"]\nself = true\nfriction = 0.25\n" +
+                 "[[attach]]\nfrom = {body = \"a\", where = \"x-min\"}\nto = {point = [1, 2, 3]}\nstiffness = 7\n" +
+                 "[[attach]]\nfrom = {body = \"b\", where = {node = 3}}\nto = {}\n");
+    EXPECT_EQ(std::get<WorldScene>(parse_any_scene(to_toml(world), "w.toml")), world) << to_toml(world);
+}
+
 TEST(WorldScenes, one_body_moves_as_it_does_alone_to_the_bit) {
     for (const char* method : {"", "method = \"leapfrog\"\n"}) {
         for (const Precision precision : {Precision::float32, Precision::float64}) {

@@ -62,6 +62,9 @@ struct WorldScene {
 std::variant<Scene, WorldScene> parse_any_scene(std::string_view text, const std::string& filename);
 std::variant<Scene, WorldScene> load_any_scene(const std::string& path);
 
+/// As TOML text that parse_any_scene() makes an equal scene of, with obstacles body by body. Throws as the other does.
+std::string to_toml(const WorldScene& scene);
+
 /// The scene itself. Throws SceneError where bodies have no name of their own, something names a body that is not
 /// there, or a number is out of its key's range: for worlds filled by hand.
 WorldScene within_ranges(WorldScene scene);
