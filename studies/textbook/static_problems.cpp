@@ -567,25 +567,25 @@ struct TwistWeights {
     double alpha[3], beta[3];
 };
 
-/// J of a square bar of n x n cells of HybMSS-M, over h^4: all but its warp is given, and that makes the energy least,
+/// J of a bar of ny x nz cells of HybMSS-M, over h^4: all but its warp is given, and that makes the energy least,
 ///
 ///     sum over cells  G/2 [ (w_y - z)^2 + (w_z + y)^2 ] + 2/3 G [ (alpha + beta) p^2 + alpha/8 ],   h = 1,
 ///
 /// with the mean slopes w_y, w_z of the warp and its pattern p = (w_--  - w_+- - w_-+ + w_++)/4 = P_11 (P_33 = -P_22 =
 /// 1/4).
-double torsion_constant(int n, const TwistWeights& weights) {
-    const Eigen::Index nodes = (n + 1) * (n + 1);
+double torsion_constant(int ny, int nz, const TwistWeights& weights) {
+    const Eigen::Index nodes = (ny + 1) * (nz + 1);
     Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(nodes, nodes);
     Eigen::VectorXd force = Eigen::VectorXd::Zero(nodes);
     const Eigen::Vector4d along_y(-0.5, 0.5, -0.5, 0.5), along_z(-0.5, -0.5, 0.5, 0.5),
         pattern(0.25, -0.25, -0.25, 0.25);
     double rigid = 0; // without warp
-    for (int k = 0; k < n; ++k) {
-        for (int j = 0; j < n; ++j) {
-            const int free_sides = std::min((j == 0) + (j == n - 1) + (k == 0) + (k == n - 1), 2);
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            const int free_sides = std::min((j == 0) + (j == ny - 1) + (k == 0) + (k == nz - 1), 2);
             const double alpha = weights.alpha[free_sides], beta = weights.beta[free_sides];
-            const double y = j + 0.5 - n / 2.0, z = k + 0.5 - n / 2.0;
-            const Eigen::Vector4i corner = Eigen::Vector4i(0, 1, n + 1, n + 2).array() + (j + (n + 1) * k);
+            const double y = j + 0.5 - ny / 2.0, z = k + 0.5 - nz / 2.0;
+            const Eigen::Vector4i corner = Eigen::Vector4i(0, 1, ny + 1, ny + 2).array() + (j + (ny + 1) * k);
             stiffness(corner, corner) += along_y * along_y.transpose() + along_z * along_z.transpose() +
                                          4.0 / 3 * (alpha + beta) * pattern * pattern.transpose();
             force(corner) += y * along_z - z * along_y;
@@ -596,36 +596,44 @@ double torsion_constant(int n, const TwistWeights& weights) {
     return rigid - force.dot(stiffness.ldlt().solve(force));
 }
 
+/// Saint-Venant's of a rectangle, a >= b: a b^3 (1/3 - 64 b / (pi^5 a) sum tanh(k pi a / 2 b) / k^5) over odd k.
+double exact_torsion_constant(double a, double b) {
+    double series = 0;
+    for (int k = 1; k < 200; k += 2) {
+        series += std::tanh(k * kPi * a / (2 * b)) / std::pow(k, 5);
+    }
+    return a * std::pow(b, 3) * (1.0 / 3 - 64 * b / (std::pow(kPi, 5) * a) * series);
+}
+
 } // namespace
 
 paper::Table twist_table() {
-    double series = 0;
-    for (int k = 1; k < 200; k += 2) {
-        series += std::tanh(k * kPi / 2) / std::pow(k, 5);
-    }
-    const double exact = (1 - 192 / std::pow(kPi, 5) * series) / 3;
     constexpr double a = 0.37385, b = 4 - 3 * a;
     const TwistWeights all[] = {{"HybMSS-M's", {a, a, a}, {b, b, b}},
                                 {"2 cells across at their limit", {0.323, 0.323, 0.323}, {3.031, 3.031, 3.031}},
                                 {"4 cells across right", {0.155, 0.155, 0.155}, {3.535, 3.535, 3.535}},
                                 {"right as h -> 0", {0, 0, 0}, {4, 4, 4}},
-                                {"bars right, plates not", {a, a, a}, {0.8, 0.8, 0.8}},
+                                {"square bars right, plates not", {a, a, a}, {0.8, 0.8, 0.8}},
                                 {"by free sides", {0, 0.11, a}, {4, 3.67, b}}};
     paper::Table table{
         "twist",
-        "What weights of the twist patterns make of square bars",
+        "What weights of the twist patterns make of bars",
         {"alpha and beta of HybMSS-M's k_t: errors of a twisted plate of one cell, (3 alpha + beta)/4 - 1, and of the "
-         "torsional stiffness of bars of n x n cells that warp freely, in percent. \"by free sides\": of cells inside, "
+         "torsional stiffness of bars that warp freely, by their cells across, in percent. \"by free sides\": of cells "
+         "inside, "
          "at a face and at an edge of the bar."},
         {{"weights", "weights"},
          {"alpha", "alpha"},
          {"beta", "beta"},
          {"plate", "plate", 1},
-         {"bar_1", "1 cell", 1},
-         {"bar_2", "2 cells", 2},
-         {"bar_4", "4", 2},
-         {"bar_8", "8", 2},
-         {"bar_16", "16", 3}},
+         {"1x1", "1 x 1", 1},
+         {"2x2", "2 x 2", 2},
+         {"4x4", "4 x 4", 2},
+         {"8x8", "8 x 8", 2},
+         {"16x16", "16 x 16", 2},
+         {"1x4", "1 x 4", 1},
+         {"2x6", "2 x 6", 2},
+         {"3x5", "3 x 5", 2}},
         {},
         {"A bar of 2 x 2 cells does not warp: its stiffness goes by alpha alone. A plate of any thickness fixes beta "
          "by it. So one weight is left, and no value of it is right for 2 and for 4 cells across.",
@@ -639,8 +647,8 @@ paper::Table twist_table() {
         auto& row = table.rows.emplace_back();
         row = {std::string(weights.name), text(weights.alpha), text(weights.beta),
                100 * ((3 * weights.alpha[2] + weights.beta[2]) / 4 - 1)};
-        for (const int n : {1, 2, 4, 8, 16}) {
-            row.emplace_back(100 * (torsion_constant(n, weights) / (exact * std::pow(n, 4)) - 1));
+        for (const auto& [ny, nz] : {std::pair(1, 1), {2, 2}, {4, 4}, {8, 8}, {16, 16}, {1, 4}, {2, 6}, {3, 5}}) {
+            row.emplace_back(100 * (torsion_constant(ny, nz, weights) / exact_torsion_constant(nz, ny) - 1));
         }
     }
     return table;

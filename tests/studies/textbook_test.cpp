@@ -56,7 +56,7 @@ TEST(ClampedCantilever, is_nearly_right_on_one_cell) {
 /// The torsion problem's own errors, and that no weight serves bars of 2 and of 4 cells with plates.
 TEST(TwistWeights, are_a_choice) {
     const paper::Table table = twist_table();
-    ASSERT_EQ(table.columns.size(), 9u);
+    ASSERT_EQ(table.columns.size(), 12u);
     constexpr std::size_t kPlate = 3, kTwo = 5, kFour = 6, kEight = 7;
     const std::vector<Problem> problems = all_problems();
     const auto torsion = std::ranges::find_if(
@@ -71,6 +71,10 @@ TEST(TwistWeights, are_a_choice) {
         const bool plates = std::abs(row[kPlate].number) < 1e-9;
         const bool bars = std::abs(row[kTwo].number) < 1.5 && std::abs(row[kFour].number) < 0.1;
         EXPECT_EQ(plates && bars, row[0].word == "by free sides") << row[0].word;
+        // Rectangles likewise: 2 x 6 and 3 x 5 cells.
+        EXPECT_EQ(plates && std::abs(row[10].number) < 0.1 && std::abs(row[11].number) < 0.1,
+                  row[0].word == "by free sides")
+            << row[0].word;
     }
 }
 
