@@ -79,7 +79,15 @@ struct ExplicitDynamics<T>::Implementation {
         if (effect) {
             effect->set_prescribed(prescribed);
             effect->set_loaded(loaded);
+            effect->set_pushed(pushed);
             effects.push_back(std::move(effect));
+        }
+    }
+
+    void push(double acceleration) {
+        pushed = acceleration;
+        for (const auto& effect : effects) {
+            effect->set_pushed(pushed);
         }
     }
 
@@ -101,6 +109,7 @@ struct ExplicitDynamics<T>::Implementation {
     std::vector<PrescribedComponent<T>> prescribed; ///< each once
     std::vector<LoadedComponent<T>> loaded;
     std::vector<NodalLoad> loads;   ///< that `loaded` comes from
+    double pushed = 0;              ///< m/s^2, that effects accelerate a node by at most; see StepEffect::set_pushed()
     long steps = 0;                 ///< taken
     long settings = 0;              ///< of displacements, so far
     long holds = 0;                 ///< likewise of velocities and of prescribed nodes

@@ -68,6 +68,8 @@ public:
     virtual void set_prescribed(std::span<const PrescribedComponent<T>>) {}
     /// Replaces the loads. The span is not kept.
     virtual void set_loaded(std::span<const LoadedComponent<T>>) {}
+    /// By how much other effects accelerate a node at most from now on, beyond what its springs do, m/s^2.
+    virtual void set_pushed(double) {}
     /// Appends what one step needs; the stages are run again for every step of a call. The body, the state and the
     /// effect outlive them.
     virtual void add_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,

@@ -33,6 +33,9 @@ std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice);
 /// Likewise of a body that has been cut since its nodes were numbered.
 std::vector<std::array<std::uint32_t, 8>> cell_corners(const Lattice& lattice, const NodeNumbers& numbers);
 
+/// The faces of cells that no other cell shares, cell by cell: grid nodes, counter-clockwise seen from outside.
+std::vector<std::array<std::size_t, 4>> boundary_faces(const Lattice& lattice);
+
 /// A run of consecutive nodes of the body that lie at even distances in the layout.
 struct NodeRun {
     std::size_t node;

@@ -132,45 +132,7 @@ void validate(const Lattice& lattice, const TriangleMesh& mesh) {
 } // namespace
 
 TriangleMesh boundary_mesh(const Lattice& lattice) {
-    const std::array<int, 3> count = lattice.cells();
-    const auto present = [&](const std::array<int, 3>& c) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            if (c[a] < 0 || c[a] >= count[a]) {
-                return false;
-            }
-        }
-        return lattice.cell_scale(c[0], c[1], c[2]) > 0;
-    };
-    std::vector<std::array<std::size_t, 4>> faces; // of grid nodes
-    for (int k = 0; k < count[2]; ++k) {
-        for (int j = 0; j < count[1]; ++j) {
-            for (int i = 0; i < count[0]; ++i) {
-                const std::array<int, 3> cell = {i, j, k};
-                if (!present(cell)) {
-                    continue;
-                }
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    for (const int side : {0, 1}) {
-                        std::array<int, 3> beside = cell;
-                        beside[axis] += 2 * side - 1;
-                        if (present(beside)) {
-                            continue;
-                        }
-                        const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
-                        std::array<std::size_t, 4> face{};
-                        for (std::size_t corner = 0; corner < 4; ++corner) { // about +axis: (0,0) (1,0) (1,1) (0,1)
-                            std::array<int, 3> at = cell;
-                            at[axis] += side;
-                            at[u] += corner == 1 || corner == 2;
-                            at[v] += corner >= 2;
-                            face[side == 1 ? corner : 3 - corner] = lattice.grid_node_index(at[0], at[1], at[2]);
-                        }
-                        faces.push_back(face);
-                    }
-                }
-            }
-        }
-    }
+    const std::vector<std::array<std::size_t, 4>> faces = boundary_faces(lattice);
     std::vector<std::size_t> nodes;
     nodes.reserve(4 * faces.size());
     for (const auto& face : faces) {

@@ -2,6 +2,8 @@
 #include "reference/springs.hpp"
 #include "reference/volume_energy.hpp"
 
+#include <Eigen/Dense>
+
 #include <cmath>
 
 namespace hybmss::reference {
@@ -133,6 +135,48 @@ std::vector<Vector3d> damping_forces(const Body& body, double stiffness_damping,
         }
     }
     return f;
+}
+
+namespace {
+
+/// Gauss' two points on 0 .. 1, each of the weight 1/2: exact to the third power.
+const double kGauss[2] = {0.5 - std::sqrt(1.0 / 12), 0.5 + std::sqrt(1.0 / 12)};
+
+} // namespace
+
+std::array<Vector3d, 4> pressure_forces(const std::array<Vector3d, 4>& x) {
+    std::array<Vector3d, 4> f = {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+    for (const double s : kGauss) {
+        for (const double t : kGauss) {
+            const Vector3d along_s = (1 - t) * (x[1] - x[0]) + t * (x[2] - x[3]);
+            const Vector3d along_t = (1 - s) * (x[3] - x[0]) + s * (x[2] - x[1]);
+            const double shape[4] = {(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t};
+            for (std::size_t a = 0; a < 4; ++a) {
+                f[a] -= shape[a] / 4 * along_s.cross(along_t);
+            }
+        }
+    }
+    return f;
+}
+
+double trilinear_volume(const Corners& x) {
+    double volume = 0;
+    for (int point = 0; point < 8; ++point) {
+        const double at[3] = {kGauss[point & 1], kGauss[point >> 1 & 1], kGauss[point >> 2]};
+        Matrix3d gradient = Matrix3d::Zero();
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            for (int axis = 0; axis < 3; ++axis) {
+                double slope = 1;
+                for (int other = 0; other < 3; ++other) {
+                    const bool high = corner >> other & 1;
+                    slope *= other == axis ? (high ? 1 : -1) : high ? at[other] : 1 - at[other];
+                }
+                gradient.col(axis) += slope * x[corner];
+            }
+        }
+        volume += gradient.determinant() / 8;
+    }
+    return volume;
 }
 
 std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {

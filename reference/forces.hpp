@@ -4,9 +4,11 @@
 /// Energy, forces and second derivatives of a whole body at nodal displacements u = x - X (m, one a node).
 
 #include "reference/body.hpp"
+#include "reference/volume_energy.hpp"
 
 #include <Eigen/SparseCore>
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -28,6 +30,13 @@ std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u);
 /// (m/s).
 std::vector<Vector3d> damping_forces(const Body& body, double stiffness_damping, std::span<const Vector3d> u,
                                      std::span<const Vector3d> v);
+
+/// Forces, N, of a pressure of 1 Pa on the bilinear face with these corners (m), counter-clockwise seen from the side
+/// that it pushes from: f_a = - integral of N_a dx/ds x dx/dt.
+std::array<Vector3d, 4> pressure_forces(const std::array<Vector3d, 4>& corners);
+
+/// m^3 of a cell whose points go linearly along each axis between its corners, by the bits of their number.
+double trilinear_volume(const Corners& corners);
 
 /// For each node the sum, N, of the magnitudes of all spring and volume forces on it, with what cancels inside each of
 /// them taken by absolute values too: the scale that rounding errors of computed forces are measured by.

@@ -219,6 +219,46 @@ hybmss_status hybmss_dynamics_load(hybmss_dynamics* dynamics, const hybmss_nodal
     });
 }
 
+hybmss_status hybmss_body_surface_faces(const hybmss_body* body, uint32_t* nodes, size_t* count) {
+    return guarded([&] {
+        require(body, "body");
+        require(count, "count");
+        const auto* const network = std::get_if<Network>(&body->shape);
+        const std::vector<SurfaceFace> faces =
+            network ? surface_faces(*network) : surface_faces(std::get<LatticeBody>(body->shape).lattice);
+        for (std::size_t f = 0; nodes && f < faces.size(); ++f) {
+            std::copy(faces[f].nodes.begin(), faces[f].nodes.end(), nodes + 4 * f);
+        }
+        *count = faces.size();
+    });
+}
+
+hybmss_status hybmss_dynamics_press(hybmss_dynamics* dynamics, const hybmss_body* body, const uint32_t* nodes,
+                                    const double* pressures, size_t count) {
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
+        require_own(body, moving.body.node_count());
+        require(nodes, "nodes", count);
+        require(pressures, "pressures", count);
+        std::vector<SurfaceFace> faces(count);
+        for (std::size_t f = 0; f < count; ++f) {
+            std::copy_n(nodes + 4 * f, 4, faces[f].nodes.begin());
+        }
+        if (const auto* const network = std::get_if<Network>(&body->shape)) {
+            set_rest_positions(*network, faces);
+        } else {
+            set_rest_positions(std::get<LatticeBody>(body->shape).lattice, faces, moving.place->origin);
+        }
+        moving.body.press(faces, {pressures, count});
+    });
+}
+
+hybmss_status hybmss_dynamics_set_pressures(hybmss_dynamics* dynamics, const double* pressures, size_t count) {
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
+        require(pressures, "pressures", count);
+        moving.body.set_pressures({pressures, count});
+    });
+}
+
 hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double stiffness_damping) {
     return guarded(dynamics, "dynamics", [&](auto& moving) { moving.body.damp_springs(stiffness_damping); });
 }

@@ -350,6 +350,36 @@ void bind_dynamics(py::module_& module) {
         "Damps all springs along themselves from now on: a dashpot of stiffness_damping (s) times its stiffness each.");
     type.def("load", &load, py::arg("nodes"), py::arg("force"),
              "Pulls each of these nodes with the force (N), no others.");
+    module.def(
+        "surface_faces",
+        [](const Lattice& lattice) {
+            std::vector<std::array<std::uint32_t, 4>> nodes;
+            for (const SurfaceFace& face : surface_faces(lattice)) {
+                nodes.push_back(face.nodes);
+            }
+            return nodes;
+        },
+        py::arg("lattice"), "Four nodes of each face that no other cell shares, counter-clockwise seen from outside.");
+    type.def(
+        "press",
+        [](Dynamics& dynamics, const Lattice& lattice, const std::vector<std::array<std::uint32_t, 4>>& faces,
+           const std::vector<double>& pressures) {
+            std::vector<SurfaceFace> pressed;
+            for (const auto& nodes : faces) {
+                pressed.push_back({nodes, {}});
+            }
+            set_rest_positions(lattice, pressed, dynamics.origin());
+            dynamics.visit([&](auto& body) { body.press(pressed, pressures); });
+        },
+        py::arg("lattice"), py::arg("faces"), py::arg("pressures"),
+        "Presses these faces, and no others, with so many Pa each: into the body above 0, at right angles to them as "
+        "they move. `lattice`: the body's own.");
+    type.def(
+        "set_pressures",
+        [](Dynamics& dynamics, const std::vector<double>& pressures) {
+            dynamics.visit([&](auto& body) { body.set_pressures(pressures); });
+        },
+        py::arg("pressures"), "Other pressures on the same faces.");
     type.def("step", &step<Dynamics>, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),
              py::arg("acceleration") = Vector3{0, 0, 0}, py::arg("mass_damping") = 0.0,
              py::arg("integrator") = "symplectic-euler",

@@ -213,15 +213,20 @@ void Contact<T>::set_loaded(std::span<const LoadedComponent<T>> loaded) {
 }
 
 template <class T>
+void Contact<T>::set_pushed(double acceleration) {
+    push_acceleration_ = acceleration;
+    come_nearer(std::numeric_limits<double>::infinity());
+}
+
+template <class T>
 void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepFactors& factors, std::vector<Stage>& stages) {
     time_step_ = factors.time_step;
-    const double gain_of_speed = factors.acting * (length(factors.acceleration) + load_acceleration_);
-    stages.push_back({piece_count(), [this, &state, gain_of_speed](std::size_t piece, std::size_t) {
+    stages.push_back({piece_count(), [this, &state, gain = gain_of_speed(factors)](std::size_t piece, std::size_t) {
                           const std::size_t begin = piece * kBlocksAPiece,
                                             end = std::min(begin + kBlocksAPiece, block_count());
                           for (std::size_t block = begin; block < end; ++block) {
                               if (std::none_of(watches_.begin(), watches_.end(), [&](const auto& watches) {
-                                      return watches[block].looks(time_step_, gain_of_speed);
+                                      return watches[block].looks(time_step_, gain);
                                   })) {
                                   continue;
                               }
@@ -236,8 +241,7 @@ void Contact<T>::add_stages(const Body<T>&, State<T>& state, const StepFactors& 
 template <class T>
 void Contact<T>::add_last_stages(const Body<T>&, State<T>& state, const StepFactors& factors,
                                  std::vector<Stage>& stages) {
-    const Step step{factors.time_step, factors.late_force, factors.acting,
-                    factors.acting * (length(factors.acceleration) + load_acceleration_)};
+    const Step step{factors.time_step, factors.late_force, factors.acting, gain_of_speed(factors)};
     stages.push_back({elapsed_.size(), [this, &state, step](std::size_t piece, std::size_t) {
                           const std::size_t begin = piece * kBlocksAPiece,
                                             end = std::min(begin + kBlocksAPiece, block_count());

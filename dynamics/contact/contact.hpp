@@ -51,6 +51,7 @@ public:
     void add_forces(const Body<T>& body, State<T>& state, NodeField<T>& force) const override;
     void set_prescribed(std::span<const PrescribedComponent<T>> prescribed) override;
     void set_loaded(std::span<const LoadedComponent<T>> loaded) override;
+    void set_pushed(double acceleration) override;
     void add_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                     std::vector<Stage>& stages) override;
     void add_last_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
@@ -100,6 +101,10 @@ private:
     std::size_t block_count() const { return (nodes_.size() + kBlock - 1) / kBlock; }
     std::size_t piece_count() const { return (block_count() + kBlocksAPiece - 1) / kBlocksAPiece; }
     double elapsed() const { return elapsed_.empty() ? 0 : elapsed_[0]; }
+    /// m/s that a node may gain in a step besides what its springs give it.
+    double gain_of_speed(const StepFactors& factors) const {
+        return factors.acting * (length(factors.acceleration) + load_acceleration_ + push_acceleration_);
+    }
     bool has_friction(std::size_t obstacle) const { return obstacles_[obstacle].friction > 0; }
     void number_nodes();
     void node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest);
@@ -124,6 +129,7 @@ private:
     double length_unit_;
     double wave_speed_;
     double load_acceleration_ = 0;                   ///< m/s^2, by which a load accelerates a node at most
+    double push_acceleration_ = 0;                   ///< likewise other effects
     std::vector<PrescribedComponent<T>> prescribed_; ///< as they were set last
     std::vector<Obstacle> obstacles_;
     std::vector<Node> nodes_;

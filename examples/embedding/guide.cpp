@@ -227,6 +227,23 @@ void obstacles() {
     check(sphere.nodes > 0 && given[1] < 0 && poses[1].velocity[1] > -0.2, "the ball is slowed down by the cube");
 }
 
+void pressure() {
+    // [pressure]
+    const Lattice lattice = Lattice::box(8, 8, 8, 0.1);
+    ExplicitDynamics<float> body(lattice, Material{.young_modulus = 1e5});
+    const std::vector<SurfaceFace> faces = surface_faces(lattice); // of the whole surface; or those of them you choose
+    std::vector<double> pressures(faces.size(), 0);                // Pa, one a face
+    body.press(faces, pressures);
+    for (int i = 0; i < 200; ++i) {
+        pressures.assign(faces.size(), 20.0 * i);
+        body.set_pressures(pressures);
+        body.step({.time_step = 0.7 * body.critical_time_step(), .mass_damping = 50}, 10);
+    }
+    const EffectEnergy energy = body.effect_energies()[0]; // what the body has done against it, J
+    // [/pressure]
+    check(energy.stored < 0 && body.finite(), "the block is squeezed");
+}
+
 // [record]
 bool agrees_with(const Record& record) {
     const ForcePlan<float> plan(record.lattice, record.material); // here stands what you check: your own integration
@@ -278,6 +295,7 @@ int main() {
         determinism();
         precision();
         obstacles();
+        pressure();
         world();
         records();
         versions();

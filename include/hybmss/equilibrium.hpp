@@ -48,6 +48,7 @@ struct Loading {
     std::vector<PrescribedNode> supports;
     std::vector<std::array<double, 3>> forces;      ///< dead loads, N, one a node; or none at all
     std::array<double, 3> acceleration = {0, 0, 0}; ///< gravity, m/s^2
+    std::vector<double> pressures = {};             ///< Pa, one a face of EquilibriumSolver::press(); or none at all
 };
 
 /// Where a solve stands.
@@ -148,6 +149,13 @@ public:
     /// Nodal masses, kg, one a node.
     std::span<const double> masses() const;
 
+    /// Replaces the faces that Loading::pressures press, as ExplicitDynamics::press does; none before the first call.
+    /// Pressure has a potential where the pressed faces of one pressure close, or where each edge that they end at is
+    /// held: both its nodes along all axes, or along one, in one plane at right angles to it that is the same for all
+    /// such edges of the axis. With others, solve(), follow() and step() throw std::invalid_argument. With pressed
+    /// faces no coarser mesh is solved first. `pressures`: those of get_effect_forces() until the next solve; or none.
+    void press(std::span<const SurfaceFace> faces, std::span<const double> pressures = {});
+
     /// From the displacements given (m, node_count() nodes) to equilibrium under the loading. Supports move on straight
     /// lines from where they are and loads grow in proportion, in one step where that works, else in several.
     ///
@@ -170,8 +178,8 @@ public:
                            VectorField<T> velocity, const EquilibriumOptions& options = {});
 
     /// The lowest vibrations about the displacements (m), which should be an equilibrium, while the components named by
-    /// `supports` stay where they are; loads are dead and have no part in it. In double to any tolerance that makes
-    /// sense; in float residuals below a thousandth are not to be had. Throws as solve() does.
+    /// `supports` stay where they are; loads are dead and have no part in it, nor have pressures. In double to any
+    /// tolerance that makes sense; in float residuals below a thousandth are not to be had. Throws as solve() does.
     ModesResult modes(std::span<const PrescribedNode> supports, VectorField<const T> displacement,
                       const ModesOptions& options = {});
 
@@ -186,13 +194,15 @@ public:
     /// and keeps linear momentum; angular momentum up to the turn of a spring in a step. No part of solve() and
     /// follow().
     void damp_springs(double stiffness_damping);
-    /// What the damped springs have of energy: one entry, or none without them.
+    /// What the damped springs and the pressures have of energy: an entry each, as far as there are any. Pressures
+    /// store p (V - V at rest), at the last state that was found.
     std::vector<EffectEnergy> effect_energies() const;
     /// What they count up from step to step, to go on with in a solver that is damped too. Throws
     /// std::invalid_argument for another count than effect_memory() gives.
     std::vector<double> effect_memory() const;
     void set_effect_memory(std::span<const double> memory);
-    /// Sets (not adds) the forces of damped springs, N, at displacements and velocities of the caller.
+    /// Sets (not adds) the forces of damped springs, and of the last solve's pressures, N, at displacements and
+    /// velocities of the caller.
     void get_effect_forces(VectorField<const T> displacement, VectorField<const T> velocity, VectorField<T> force);
 
     /// Sets (not adds) the internal forces, N, and gives the energy, J, at displacements of the caller.

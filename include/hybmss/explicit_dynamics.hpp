@@ -6,6 +6,7 @@
 #include "hybmss/contact.hpp"
 #include "hybmss/export.h"
 #include "hybmss/force_plan.hpp"
+#include "hybmss/pressure.hpp"
 
 #include <array>
 #include <cstdint>
@@ -100,6 +101,20 @@ public:
     /// Replaces the list of loads; several on one node add up. Throws std::invalid_argument for a node that does not
     /// exist or a force that is not finite. Steps of a body without loads cost nothing for it.
     void load(std::span<const NodalLoad> loads);
+
+    /// Replaces the faces that are pressed; none at all for no pressure. `pressures`: Pa, one a face; above zero it
+    /// pushes into the face's cell. The force is that of the pressure all over the face where it is now: what it does
+    /// to a closed surface is -p times the derivative of the volume inside. Faces whose cell is removed are no more
+    /// pressed, those that a cut lays bare are not either. One of effect_energies(): less the work that it has done is
+    /// stored. The critical time step stays as it is, which is right for pressures far below Young's modulus. Throws
+    /// std::invalid_argument for nodes that are not there, one twice in a face, another count, and numbers that are not
+    /// finite.
+    ///
+    ///     const std::vector<SurfaceFace> faces = surface_faces(lattice);
+    ///     dynamics.press(faces, std::vector<double>(faces.size(), 1e3));
+    void press(std::span<const SurfaceFace> faces, std::span<const double> pressures);
+    /// Other pressures on the same faces, from now on. Throws as press() does.
+    void set_pressures(std::span<const double> pressures);
 
     /// Removes cells from the moving body, in time proportional to their number (the first call takes a pass over the
     /// body's grid too): stiffnesses and masses that they shared become what they are in a body built without them.

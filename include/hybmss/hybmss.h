@@ -350,6 +350,17 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_prescribe(hybmss_dynamics* dynamics,
                                                       size_t count);
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_load(hybmss_dynamics* dynamics, const hybmss_nodal_load* loads,
                                                  size_t count);
+/* Pressure on faces of cells that follows them: hybmss/pressure.hpp and ExplicitDynamics::press() say all. */
+/* The faces of a body's cells that no other cell shares: writes their count, and four nodes a face, counter-clockwise
+ * seen from outside, where `nodes` is not null: as many as a first call with null gives. */
+HYBMSS_EXPORT hybmss_status hybmss_body_surface_faces(const hybmss_body* body, uint32_t* nodes, size_t* count);
+/* Replaces the pressed faces, four nodes and a pressure (Pa; above 0 it pushes into the body) each; none for `count` 0,
+ * where both may be null. `body`: what the dynamics was made of. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_press(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                                  const uint32_t* nodes, const double* pressures, size_t count);
+/* Other pressures on the same faces. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_pressures(hybmss_dynamics* dynamics, const double* pressures,
+                                                          size_t count);
 /* Damps all springs along themselves from now on: a dashpot of stiffness_damping (s, >= 0; 0: none) times its stiffness
  * beside each. Shortens the critical time step. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double stiffness_damping);

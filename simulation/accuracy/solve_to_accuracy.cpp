@@ -58,6 +58,7 @@ void check(const Scene& scene) {
     refuse_nodes(scene.fixes, "fix");
     refuse_nodes(scene.moves, "move");
     refuse_nodes(scene.loads, "load");
+    refuse_nodes(scene.pressures, "pressure");
     refuse_nodes(scene.probes, "probe");
 }
 

@@ -41,6 +41,9 @@ public:
     void set_exact_state(std::span<const T> values);
     /// Sets (not adds) the internal forces, N, at the present displacements.
     void get_forces(VectorField<T> out) const { solver_.get_forces(view(displacement_), out); }
+    void press(std::span<const SurfaceFace> faces, std::span<const double> pressures) {
+        solver_.press(faces, pressures);
+    }
     void damp_springs(double stiffness_damping) { solver_.damp_springs(stiffness_damping); }
     void get_effect_forces(VectorField<T> out) const {
         solver_.get_effect_forces(view(displacement_), view(velocity_), out);

@@ -4,6 +4,7 @@
 #include "layouts/messages.hpp"
 #include "simulation/geometry/cells.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
+#include "solvers/newton/pressure_potential.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -388,7 +389,148 @@ LoadedNodes loaded_by_area(const Scene& scene, const Lattice& lattice, std::size
     return found;
 }
 
+/// Of the cells whose centre is in the region, an eighth of the mass or volume to each corner.
+LoadedNodes loaded_by_cells(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest,
+                            std::size_t load) {
+    const auto corners = cell_corners(lattice);
+    std::vector<std::size_t> filled;
+    for (std::size_t cell = 0; cell < lattice.cell_scales().size(); ++cell) {
+        if (lattice.cell_scales()[cell] > 0) {
+            filled.push_back(cell);
+        }
+    }
+    std::vector<Vector3> centers;
+    for (const auto& cell : corners) {
+        Vector3& center = centers.emplace_back();
+        for (std::size_t a = 0; a < 3; ++a) {
+            center[a] = (rest[cell[0]][a] + rest[cell[7]][a]) / 2;
+        }
+    }
+    const Load& given = scene.loads[load];
+    const std::vector<std::uint32_t> chosen = std::holds_alternative<NodeRegion>(given.where)
+                                                  ? std::vector<std::uint32_t>()
+                                                  : select_nodes(centers, lattice.cell_size(), given.where);
+    if (chosen.empty()) {
+        throw scene_error(scene, "load[" + std::to_string(load) + "].where",
+                          "no cell's centre lies in it, which a force by volume or mass needs");
+    }
+    std::map<std::uint32_t, double> shares;
+    const double h = lattice.cell_size();
+    for (const std::uint32_t c : chosen) {
+        const double by = given.kind == LoadKind::acceleration
+                              ? material_of(lattice, lattice.cell_tissue(filled[c]), scene.material).density
+                              : 1;
+        for (const std::uint32_t n : corners[c]) {
+            shares[n] += by * static_cast<double>(lattice.cell_fill(filled[c])) * h * h * h / 8;
+        }
+    }
+    LoadedNodes found{.nodes = {}, .shares = {}, .sum = 1};
+    for (const auto& [n, share] : shares) {
+        found.nodes.push_back(n);
+        found.shares.push_back(share);
+    }
+    return found;
+}
+
+Vector3 cross(const Vector3& a, const Vector3& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Vector3 product(const std::array<Vector3, 3>& rows, const Vector3& x) {
+    Vector3 out{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        out[a] = rows[a][0] * x[0] + rows[a][1] * x[1] + rows[a][2] * x[2];
+    }
+    return out;
+}
+
+/// With r = arm and w = share the force w t x r makes the moment sum w r x (t x r) = J t, J = sum w (r.r - r r^T), and
+/// has no sum about the mean of w. False where no J inverse is: nodes on one line.
+bool find_arms(std::span<const Vector3> rest, LoadedNodes& load) {
+    Vector3 middle{};
+    for (std::size_t i = 0; i < load.nodes.size(); ++i) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            middle[a] += load.shares[i] / load.sum * rest[load.nodes[i]][a];
+        }
+    }
+    std::array<Vector3, 3> inertia{};
+    for (std::size_t i = 0; i < load.nodes.size(); ++i) {
+        Vector3& r = load.arms.emplace_back();
+        for (std::size_t a = 0; a < 3; ++a) {
+            r[a] = rest[load.nodes[i]][a] - middle[a];
+        }
+        const double square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+        for (std::size_t a = 0; a < 3; ++a) {
+            for (std::size_t b = 0; b < 3; ++b) {
+                inertia[a][b] += load.shares[i] * ((a == b ? square : 0) - r[a] * r[b]);
+            }
+        }
+    }
+    // Symmetric, so that its cofactors are its adjugate.
+    const std::array<Vector3, 3> cofactors = {cross(inertia[1], inertia[2]), cross(inertia[2], inertia[0]),
+                                              cross(inertia[0], inertia[1])};
+    const double determinant = product({inertia[0], {}, {}}, cofactors[0])[0];
+    const double mean = (inertia[0][0] + inertia[1][1] + inertia[2][2]) / 3;
+    for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t b = 0; b < 3; ++b) {
+            load.inverse_inertia[a][b] = cofactors[a][b] / determinant;
+        }
+    }
+    return determinant > 1e-9 * mean * mean * mean;
+}
+
 } // namespace
+
+std::vector<double> PressedFaces::at(const Scene& scene, double time) const {
+    std::vector<double> pressures;
+    pressures.reserve(by.size());
+    for (const std::uint32_t p : by) {
+        pressures.push_back(value_at(scene.pressures[p].pressure, scene.pressures[p].pressure_in_time, time));
+    }
+    return pressures;
+}
+
+bool PressedFaces::changing(const Scene& scene) const {
+    return std::any_of(scene.pressures.begin(), scene.pressures.end(),
+                       [](const Pressure& pressure) { return !pressure.pressure_in_time.empty(); });
+}
+
+PressedFaces pressed_faces(const Scene& scene, const Lattice& lattice, const Supports& supports) {
+    PressedFaces pressed;
+    if (scene.pressures.empty()) {
+        return pressed;
+    }
+    const std::vector<SurfaceFace> surface = surface_faces(lattice, scene.body.origin);
+    std::vector<Vector3> middles;
+    for (const SurfaceFace& face : surface) {
+        middles.push_back(face.middle());
+    }
+    for (std::uint32_t p = 0; p < scene.pressures.size(); ++p) {
+        const Region& where = scene.pressures[p].where;
+        const std::vector<std::uint32_t> chosen = std::holds_alternative<NodeRegion>(where)
+                                                      ? std::vector<std::uint32_t>()
+                                                      : select_nodes(middles, lattice.cell_size(), where);
+        if (chosen.empty()) {
+            throw scene_error(scene, "pressure[" + std::to_string(p) + "].where",
+                              "the middle of no outer face of a cell lies in it");
+        }
+        for (const std::uint32_t f : chosen) {
+            pressed.faces.push_back(surface[f]);
+            pressed.by.push_back(p);
+        }
+    }
+    if (!explicit_in_time(scene.solver.method)) {
+        Vector3 apex{};
+        const std::vector<double> last = pressed.at(scene, std::numeric_limits<double>::infinity());
+        const std::string why = PressureRim(pressed.faces).find_apex(last, supports.present(), apex);
+        if (!why.empty()) {
+            throw scene_error(scene, "pressure[0].where",
+                              "with method = \"" + std::string(name(scene.solver.method)) +
+                                  "\" pressed faces must close, or end where they are held: " + why);
+        }
+    }
+    return pressed;
+}
 
 std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest) {
     if (scene.loads.empty()) {
@@ -407,14 +549,23 @@ std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice
     }
     std::vector<LoadedNodes> all(scene.loads.size());
     for (std::size_t l = 0; l < all.size(); ++l) {
-        if (scene.loads[l].traction) {
+        const LoadKind kind = scene.loads[l].kind;
+        if (kind == LoadKind::traction) {
             all[l] = loaded_by_area(scene, lattice, rest.size(), l);
             continue;
         }
-        all[l].nodes = nodes_of(scene, rest, scene.loads[l].where, "load[" + std::to_string(l) + "].where");
+        if (kind == LoadKind::acceleration || kind == LoadKind::force_density) {
+            all[l] = loaded_by_cells(scene, lattice, rest, l);
+            continue;
+        }
+        const std::string path = "load[" + std::to_string(l) + "].where";
+        all[l].nodes = nodes_of(scene, rest, scene.loads[l].where, path);
         for (const std::uint32_t n : all[l].nodes) {
             all[l].shares.push_back(cells_at[n]);
             all[l].sum += cells_at[n];
+        }
+        if (kind == LoadKind::moment && !find_arms(rest, all[l])) {
+            throw scene_error(scene, path, "its nodes lie on one line, and cannot bear a moment");
         }
     }
     return all;
@@ -428,6 +579,16 @@ void set_nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, do
     }
     for (std::size_t l = 0; l < loaded.size(); ++l) {
         const Vector3 force = value_at(scene.loads[l].force, scene.loads[l].force_in_time, time);
+        if (!loaded[l].arms.empty()) {
+            const Vector3 turn = product(loaded[l].inverse_inertia, force);
+            for (std::size_t i = 0; i < loaded[l].nodes.size(); ++i) {
+                const Vector3 along = cross(turn, loaded[l].arms[i]);
+                for (std::size_t a = 0; a < 3; ++a) {
+                    forces[loaded[l].nodes[i]][a] += loaded[l].shares[i] * along[a];
+                }
+            }
+            continue;
+        }
         for (std::size_t i = 0; i < loaded[l].nodes.size(); ++i) {
             for (std::size_t a = 0; a < 3; ++a) {
                 forces[loaded[l].nodes[i]][a] += force[a] * loaded[l].shares[i] / loaded[l].sum;
@@ -445,10 +606,13 @@ std::vector<Vector3> nodal_loads(const Scene& scene, std::span<const LoadedNodes
 
 double end_of_tables(const Scene& scene) {
     double end = -std::numeric_limits<double>::infinity();
-    const auto look_at = [&end](const TimeTable& table) { end = table.empty() ? end : std::max(end, table.back()[0]); };
+    const auto look_at = [&end](const auto& table) { end = table.empty() ? end : std::max(end, table.back()[0]); };
     look_at(scene.gravity.acceleration_in_time);
     for (const Load& load : scene.loads) {
         look_at(load.force_in_time);
+    }
+    for (const Pressure& pressure : scene.pressures) {
+        look_at(pressure.pressure_in_time);
     }
     return end;
 }

@@ -111,16 +111,33 @@ private:
 std::vector<std::uint32_t> nodes_of(const Scene& scene, std::span<const Vector3> rest, const Region& region,
                                     const std::string& path);
 
-/// The nodes of a [[load]], and the share of each: by how many cells, by their fills, touch it; or of a traction the
-/// area that it carries, m^2.
+/// The nodes of a [[load]], and the share of each: by how many cells, by their fills, touch it; or the area (m^2), mass
+/// (kg) or volume (m^3) that it carries.
 struct LoadedNodes {
     std::vector<std::uint32_t> nodes;
     std::vector<double> shares;
-    double sum = 0; ///< of the shares; 1 for a traction
+    double sum = 0; ///< of the shares; 1 where these are of something
+    /// Of a moment M besides: where nodes are from the middle, m, and the inverse of their inertia: they are loaded by
+    /// share (inverse M) x arm.
+    std::vector<Vector3> arms = {};
+    std::array<Vector3, 3> inverse_inertia = {};
 };
 
 /// Of every [[load]]. Throws SceneError where a region is empty.
 std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest);
+
+/// The faces that [[pressure]]s press: one that several do as often.
+struct PressedFaces {
+    std::vector<SurfaceFace> faces;
+    std::vector<std::uint32_t> by; ///< which [[pressure]], one a face
+
+    /// Pa, one a face, at a time.
+    std::vector<double> at(const Scene& scene, double time) const;
+    bool changing(const Scene& scene) const;
+};
+/// Throws SceneError where a region holds no face, and where `static` or backward Euler could not take the surface with
+/// these supports.
+PressedFaces pressed_faces(const Scene& scene, const Lattice& lattice, const Supports& supports);
 
 /// Sets the sum of all [[load]]s at a time, N, on the nodes that they load; `forces` has one a node.
 void set_nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, double time, std::span<Vector3> forces);
@@ -128,7 +145,7 @@ void set_nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, do
 std::vector<Vector3> nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, std::size_t nodes,
                                  double time);
 
-/// The last time of all tables of loads and gravity, s; -infinity where the scene has none.
+/// The last time of all tables of loads, pressures and gravity, s; -infinity where the scene has none.
 double end_of_tables(const Scene& scene);
 
 /// The velocities that [[start]]s give, m/s, one a node, `begin` being where nodes begin. Throws SceneError where a

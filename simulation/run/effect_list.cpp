@@ -90,6 +90,17 @@ std::string loads(const Simulation& s) {
     return text;
 }
 
+std::string pressure(const Simulation& s) {
+    std::string text = printed("%zu faces, by %zu [[pressure]]", s.pressed_face_count(), s.scene().pressures.size());
+    for (const Pressure& pressure : s.scene().pressures) {
+        if (!pressure.pressure_in_time.empty()) {
+            text += printed(", one by a table of %zu rows to %g s", pressure.pressure_in_time.size(),
+                            pressure.pressure_in_time.back()[0]);
+        }
+    }
+    return text;
+}
+
 std::string prescribed_motion(const Simulation& s) {
     double over = 0;
     for (const Move& move : s.scene().moves) {
@@ -233,6 +244,14 @@ constexpr EffectRule kEffects[] = {
          s.loads.push_back({FaceRegion{1, true}, {0, -1, 0}});
      },
      [](Scene& s) { s.loads.clear(); }},
+    {"pressure", "`[[pressure]]`", "three passes over the pressed faces and their nodes, and one after the sweep",
+     "loops over faces and nodes", "156 bytes a face, 88 a node of them", true,
+     [](const Scene& s) { return !s.pressures.empty(); }, pressure,
+     [](const Scene&) { return std::string("no [[pressure]]"); },
+     [](Scene& s) {
+         s.pressures.push_back({BoxRegion{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}, 1});
+     },
+     [](Scene& s) { s.pressures.clear(); }},
     {"cutting", "`[[cut]]`", "nothing between bites", "", "the removed cells' numbers", false,
      [](const Scene& s) { return !s.cuts.empty(); },
      [](const Simulation& s) { return printed("%zu [[cut]]", s.scene().cuts.size()); },

@@ -168,7 +168,8 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     : scene(within_ranges(std::move(given))), options(wanted), lattice(make_lattice(scene, options)),
       rest(hybmss::rest_positions(lattice, scene.body.origin)), turned(initial_displacements(scene, rest)),
       supports(scene, rest, turned), probes(probes_of(scene, rest, turned, supports)), tables_end(end_of_tables(scene)),
-      frequencies(lattice_frequencies(lattice, scene.material)), obstacles(scene, frequencies.critical_time_step()),
+      pressed(pressed_faces(scene, lattice, supports)), frequencies(lattice_frequencies(lattice, scene.material)),
+      obstacles(scene, frequencies.critical_time_step()),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
       critical_time_step(frequencies.critical_time_step(scene.damping.stiffness)),
       time_step(choose_time_step(scene, frequencies)), cut_step(step_to_cut(scene, time_step)),
@@ -179,6 +180,7 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     spread_loads();
     apply_loads();
     set_obstacles();
+    press();
     if (!scene.starts.empty()) {
         if (is_static()) {
             throw scene_error(scene, "solver.method",
@@ -240,6 +242,9 @@ void Simulation::Implementation::spread_loads() {
 
 void Simulation::Implementation::load_as_at(double time) {
     gravity = value_at(scene.gravity.acceleration, scene.gravity.acceleration_in_time, time);
+    if (pressed.changing(scene)) {
+        on_explicit([&](auto& d) { d.set_pressures(pressed.at(scene, time)); });
+    }
     if (loaded.empty()) {
         return;
     }
@@ -274,6 +279,13 @@ void Simulation::Implementation::apply_loads() {
         }
     }
     on_explicit([&](auto& d) { d.load(nodal); });
+}
+
+void Simulation::Implementation::press() {
+    if (!pressed.faces.empty()) {
+        const std::vector<double> pressures = pressed.at(scene, time_of_pressures());
+        std::visit([&](auto& d) { d.press(pressed.faces, pressures); }, dynamics);
+    }
 }
 
 void Simulation::Implementation::apply_damping() {
@@ -360,6 +372,7 @@ void Simulation::Implementation::restore(const State& state) {
     dynamics = make_dynamics(lattice, scene.material, scene.solver.method, same);
     apply_damping();
     set_obstacles(); // as they were before any cut, so that effects have the memory that they had
+    press();
     cut_again(state.cuts);
     set_effect_memory(dynamics, state.effect_memory);
     set_state(dynamics, state.displacements, state.velocities); // whole steps, whatever the memory says of half ones
@@ -410,7 +423,10 @@ std::string Simulation::Implementation::solve(const RunCallbacks& callbacks) {
     }
     const auto loading = [&](double fraction) {
         const std::span<const PrescribedNode> held = supports.at_part(fraction);
-        Loading part{{held.begin(), held.end()}, loads, gravity};
+        Loading part{{held.begin(), held.end()}, loads, gravity, pressed.at(scene, time_of_pressures())};
+        for (double& pressure : part.pressures) {
+            pressure *= fraction;
+        }
         for (std::size_t a = 0; a < 3; ++a) {
             part.acceleration[a] *= fraction;
             for (Vector3& force : part.forces) {
@@ -458,7 +474,7 @@ std::string Simulation::Implementation::implicit_step() {
     if (by_tables) {
         load_as_at(end);
     }
-    const Loading loading{{held.begin(), held.end()}, loads, gravity};
+    const Loading loading{{held.begin(), held.end()}, loads, gravity, pressed.at(scene, end)};
     const EquilibriumResult result =
         on_implicit([&](auto& d) { return d.step(loading, length, scene.damping.mass, equilibrium_options()); });
     add_work(result);

@@ -34,7 +34,8 @@ struct Simulation::Implementation {
     double tables_end;               ///< s: from then on loads and gravity are constant
     std::vector<LoadedNodes> loaded; ///< where loads change; else none
     std::vector<Vector3> loads;      ///< N, one a node, at present; empty where the scene has none
-    Vector3 gravity;                 ///< m/s^2, at present
+    PressedFaces pressed;
+    Vector3 gravity; ///< m/s^2, at present
     FrequencyBounds frequencies;
     Obstacles obstacles;
     AnyDynamics dynamics;
@@ -107,6 +108,10 @@ struct Simulation::Implementation {
     void prescribe();
     void set_obstacles();
     void apply_loads();
+    /// With the pressures of the present time.
+    void press();
+    /// Of which pressures are at present.
+    double time_of_pressures() const { return is_static() ? std::numeric_limits<double>::infinity() : time(); }
     bool has_tables() const { return !is_static() && tables_end > -std::numeric_limits<double>::infinity(); }
     /// Spreads loads over the whole body, by their values at the start; of a static scene at the end.
     void spread_loads();

@@ -109,21 +109,33 @@ bool RegionWithout::operator==(const RegionWithout& other) const {
     return of == other.of && without == other.without;
 }
 
-std::array<double, 3> value_at(const std::array<double, 3>& constant, const TimeTable& table, double time) {
-    if (table.empty()) {
-        return constant;
-    }
+namespace {
+
+/// Of a table with rows of a time and N numbers.
+template <std::size_t N>
+std::array<double, N - 1> value_of(const std::vector<std::array<double, N>>& table, double time) {
     const auto after =
         std::upper_bound(table.begin(), table.end(), time, [](double t, const auto& row) { return t < row[0]; });
     const auto before = after == table.begin() ? after : after - 1;
-    std::array<double, 3> value = {(*before)[1], (*before)[2], (*before)[3]};
+    std::array<double, N - 1> value{};
+    std::copy(before->begin() + 1, before->end(), value.begin());
     if (before != after && after != table.end()) {
         const double part = (time - (*before)[0]) / ((*after)[0] - (*before)[0]);
-        for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t a = 0; a + 1 < N; ++a) {
             value[a] += part * ((*after)[a + 1] - value[a]);
         }
     }
     return value;
+}
+
+} // namespace
+
+std::array<double, 3> value_at(const std::array<double, 3>& constant, const TimeTable& table, double time) {
+    return table.empty() ? constant : value_of(table, time);
+}
+
+double value_at(double constant, const NumberTable& table, double time) {
+    return table.empty() ? constant : value_of(table, time)[0];
 }
 
 SceneError scene_error(const Scene& scene, const std::string& path, const std::string& reason) {

@@ -153,8 +153,9 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     body.place = scene.body.place;
     body.fractions = fractions;
     body.surface_volume = std::abs(enclosed_volume(surface));
-    if (scene.output.skin || std::any_of(scene.loads.begin(), scene.loads.end(),
-                                         [](const Load& load) { return load.traction; })) { // else it is of no use
+    if (scene.output.skin || std::any_of(scene.loads.begin(), scene.loads.end(), [](const Load& load) {
+            return load.kind == LoadKind::traction;
+        })) { // else it is of no use
         for (Vector3& vertex : surface.vertices) {
             for (std::size_t a = 0; a < 3; ++a) {
                 vertex[a] -= body.origin[a];

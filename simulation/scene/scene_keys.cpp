@@ -246,14 +246,14 @@ constexpr Key<Damping> kDampingKeys[] = {
 };
 constexpr KeyTable<Damping> kDamping = {"damping", "What takes energy out.", kDampingKeys};
 
-/// Force and traction are one member, told apart by a flag.
-template <bool traction>
+/// What a load is of is one member, told apart by its kind.
+template <LoadKind kind>
 struct LoadInTime : InTime<&Load::force, &Load::force_in_time> {
     static std::optional<VectorInTime> get(const Load& load) {
-        return load.traction == traction ? InTime::get(load) : std::nullopt;
+        return load.kind == kind ? InTime::get(load) : std::nullopt;
     }
     static void set(Load& load, VectorInTime value) {
-        load.traction = traction;
+        load.kind = kind;
         InTime::set(load, std::move(value));
     }
 };
@@ -262,27 +262,58 @@ constexpr Range kForces =
     from(-1e18, 1e18, "three numbers, or rows [time, x, y, z] with ascending times, each at most 1e18 in size");
 
 constexpr Key<Load> kLoadKeys[] = {
-    {"where", "", kRegion, "required", "the nodes loaded", member<&Load::where>},
-    {"force", "N", kForces, "none", "the force in all; it does not turn with the body; rows: see \"Time tables\"",
-     field<VectorInTimeFormat, LoadInTime<false>>},
-    {"traction", "Pa", kForces, "none", "likewise a force by area at rest, on the part of the surface in the region",
-     field<VectorInTimeFormat, LoadInTime<true>>},
+    {"where", "", kRegion, "required", "the nodes loaded, or the surface, or the cells by their centres",
+     member<&Load::where>},
+    {"force", "N", kForces, "none", "on the nodes, in all; rows: see \"Time tables\"",
+     field<VectorInTimeFormat, LoadInTime<LoadKind::force>>},
+    {"traction", "Pa", kForces, "none", "a force by area at rest, on the part of the surface in the region",
+     field<VectorInTimeFormat, LoadInTime<LoadKind::traction>>},
+    {"moment", "N m", kForces, "none", "of forces on the nodes that have no sum, about the region's middle at rest",
+     field<VectorInTimeFormat, LoadInTime<LoadKind::moment>>},
+    {"acceleration", "m/s^2", kForces, "none", "on the cells, by their masses: gravity of a part",
+     field<VectorInTimeFormat, LoadInTime<LoadKind::acceleration>>},
+    {"force_density", "N/m^3", kForces, "none", "on the cells, by their volumes at rest",
+     field<VectorInTimeFormat, LoadInTime<LoadKind::force_density>>},
 };
 
 void complete_load(const GivenTable& given, Load&) {
-    if (given.count("force", "traction") == 0) {
-        given.missing("force", "or traction must be given");
+    constexpr std::string_view kKinds[] = {"force", "traction", "moment", "acceleration", "force_density"};
+    const std::string_view* last = nullptr;
+    int kinds = 0;
+    for (const std::string_view& kind : kKinds) {
+        if (given.has(kind)) {
+            last = &kind;
+            ++kinds;
+        }
     }
-    if (given.count("force", "traction") == 2) {
-        given.refuse("traction", "only one of force and traction may be given");
+    if (kinds == 0) {
+        given.missing("force", "or traction, moment, acceleration or force_density must be given");
+    }
+    if (kinds > 1) {
+        given.refuse(*last, "only one of force, traction, moment, acceleration and force_density may be given");
     }
 }
 
 constexpr KeyTable<Load> kLoad = {
     "load",
-    "A dead force on a region's nodes, in proportion to the cells that they touch (`force`), or on the body's surface "
-    "there by its area (`traction`): that of the triangles of a `surface`, else the outer faces of cells.",
+    "A dead load, which does not turn with the body: one of these. `force` and `moment` are spread over a region's "
+    "nodes in proportion to the cells that they touch, `traction` over the body's surface there by its area, that of "
+    "the triangles of a `surface`, else the outer faces of cells.",
     kLoadKeys, complete_load};
+
+constexpr Key<Pressure> kPressureKeys[] = {
+    {"where", "", kRegion, "required", "the outer faces of cells whose middle at rest is in it, those of hollows too",
+     member<&Pressure::where>},
+    {"pressure", "Pa",
+     from(-1e18, 1e18, "a number, or rows [time, pressure] with ascending times, each at most 1e18 in size"),
+     "required", "above 0 it pushes into the body; rows: see \"Time tables\"",
+     field<NumberInTimeFormat, InTime<&Pressure::pressure, &Pressure::pressure_in_time, NumberInTime>>},
+};
+constexpr KeyTable<Pressure> kPressure = {
+    "pressure",
+    "A pressure on the faces of cells, which follows them as they move, turn and grow; several add up. `static` and "
+    "`backward-euler` take surfaces that close, or end where nodes are held.",
+    kPressureKeys};
 
 // -- [[cut]]
 
@@ -545,6 +576,7 @@ constexpr SceneTable kTables[] = {
     of_scene<kGravity, &Scene::gravity>(),
     of_scene<kDamping, &Scene::damping>(),
     of_scene<kLoad, &Scene::loads>(),
+    of_scene<kPressure, &Scene::pressures>(),
     of_scene<kCut, &Scene::cuts>(),
     of_scene<kObstacle, &Scene::obstacles>(),
     of_scene<kSolver, &Scene::solver>(true),

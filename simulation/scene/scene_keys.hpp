@@ -66,6 +66,17 @@ struct VectorInTimeFormat {
     static void check(const Check& check, const VectorInTime& vector);
     static SceneValue write(const VectorInTime& vector, const Range& range);
 };
+struct NumberInTime {
+    double constant;
+    NumberTable table;
+};
+/// A number, or rows of a time and a number.
+struct NumberInTimeFormat {
+    static constexpr std::string_view kType = "number, or n x 2";
+    static NumberInTime read(const Given& given);
+    static void check(const Check& check, const NumberInTime& number);
+    static SceneValue write(const NumberInTime& number, const Range& range);
+};
 struct FlagFormat {
     static constexpr std::string_view kType = "boolean";
     static bool read(const Given& given) { return given.as<bool>(); }
@@ -204,12 +215,12 @@ struct Alternative : Member<path...> {
         return held ? std::optional<T>(*held) : std::nullopt;
     }
 };
-/// A vector and the table that may stand in its place.
-template <auto constant, auto table>
+/// A value, a vector by default, and the table that may stand in its place.
+template <auto constant, auto table, class Value = VectorInTime>
 struct InTime {
     using Owner = decltype(class_of(constant));
-    static std::optional<VectorInTime> get(const Owner& owner) { return VectorInTime{owner.*constant, owner.*table}; }
-    static void set(Owner& owner, VectorInTime value) {
+    static std::optional<Value> get(const Owner& owner) { return Value{owner.*constant, owner.*table}; }
+    static void set(Owner& owner, Value value) {
         owner.*constant = value.constant;
         owner.*table = std::move(value.table);
     }

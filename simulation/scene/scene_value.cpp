@@ -124,42 +124,87 @@ SceneValue BoxFormat::write(const BoxRegion& box, const Range& range) {
         SceneValue::Array{VectorFormat<double>::write(box.low, range), VectorFormat<double>::write(box.high, range)}};
 }
 
+namespace {
+
+/// Whether a value is rows rather than a constant.
+bool has_rows(const SceneValue& value) {
+    const auto* items = value.as<SceneValue::Array>();
+    return items && !items->empty() && items->front().as<SceneValue::Array>();
+}
+
+template <std::size_t N>
+void check_rows(const Check& check, const std::vector<std::array<double, N>>& table) {
+    for (std::size_t r = 0; r < table.size(); ++r) {
+        for (const double value : table[r]) {
+            check.number(value);
+        }
+        if (r > 0 && !(table[r][0] > table[r - 1][0])) {
+            check.refuse(table[r][0], check.range.allowed);
+        }
+    }
+}
+
+template <std::size_t N>
+void read_rows(const Given& given, std::vector<std::array<double, N>>& table) {
+    for (const SceneValue& item : given.as<SceneValue::Array>()) {
+        const SceneValue::Array& row = given.array(item, N);
+        std::array<double, N>& numbers = table.emplace_back();
+        std::transform(row.begin(), row.end(), numbers.begin(), [&](const SceneValue& v) { return given.number(v); });
+    }
+    check_rows(given, table);
+}
+
+template <std::size_t N>
+SceneValue written_rows(const std::vector<std::array<double, N>>& table) {
+    SceneValue::Array rows;
+    for (const auto& row : table) {
+        SceneValue::Array numbers;
+        for (const double number : row) {
+            numbers.push_back({number});
+        }
+        rows.push_back({std::move(numbers)});
+    }
+    return {std::move(rows)};
+}
+
+} // namespace
+
 VectorInTime VectorInTimeFormat::read(const Given& given) {
-    const auto& items = given.as<SceneValue::Array>();
-    if (items.empty() || !items[0].as<SceneValue::Array>()) {
-        return {given.vector(given.value), {}};
-    }
     VectorInTime vector{};
-    for (const SceneValue& item : items) {
-        const SceneValue::Array& row = given.array(item, 4);
-        vector.table.push_back(
-            {given.number(row[0]), given.number(row[1]), given.number(row[2]), given.number(row[3])});
+    if (has_rows(given.value)) {
+        read_rows(given, vector.table);
+    } else {
+        vector.constant = given.vector(given.value);
     }
-    check(given, vector);
     return vector;
 }
 
 void VectorInTimeFormat::check(const Check& check, const VectorInTime& vector) {
     VectorFormat<double>::check(check, vector.constant);
-    for (std::size_t r = 0; r < vector.table.size(); ++r) {
-        for (const double value : vector.table[r]) {
-            check.number(value);
-        }
-        if (r > 0 && !(vector.table[r][0] > vector.table[r - 1][0])) {
-            check.refuse(vector.table[r][0], check.range.allowed);
-        }
-    }
+    check_rows(check, vector.table);
 }
 
 SceneValue VectorInTimeFormat::write(const VectorInTime& vector, const Range& range) {
-    if (vector.table.empty()) {
-        return VectorFormat<double>::write(vector.constant, range);
+    return vector.table.empty() ? VectorFormat<double>::write(vector.constant, range) : written_rows(vector.table);
+}
+
+NumberInTime NumberInTimeFormat::read(const Given& given) {
+    NumberInTime number{};
+    if (has_rows(given.value)) {
+        read_rows(given, number.table);
+    } else {
+        number.constant = given.number(given.value);
     }
-    SceneValue::Array rows;
-    for (const auto& row : vector.table) {
-        rows.push_back({SceneValue::Array{{row[0]}, {row[1]}, {row[2]}, {row[3]}}});
-    }
-    return {std::move(rows)};
+    return number;
+}
+
+void NumberInTimeFormat::check(const Check& check, const NumberInTime& number) {
+    check.number(number.constant);
+    check_rows(check, number.table);
+}
+
+SceneValue NumberInTimeFormat::write(const NumberInTime& number, const Range&) {
+    return number.table.empty() ? SceneValue{number.constant} : written_rows(number.table);
 }
 
 std::string TextFormat::read(const Given& given) {

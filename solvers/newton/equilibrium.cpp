@@ -111,7 +111,10 @@ struct EquilibriumSolver<T>::Implementation {
     void set(const Loading& loading) {
         potential.prescribe(loading.supports);
         potential.load(loading.forces, loading.acceleration);
+        potential.set_pressures(loading.pressures, loading.supports);
     }
+    /// What the pressures store at the state, J.
+    void read_pressure() { stored_by_pressure = potential.pressure() ? potential.pressure()->value(state) : 0; }
     /// `reach`: see multigrid_pays().
     Preconditioner<T>& choose(PreconditionerKind kind, double reach = std::numeric_limits<double>::infinity()) {
         const bool pays =
@@ -150,13 +153,15 @@ struct EquilibriumSolver<T>::Implementation {
         }
         potential.release();
         std::optional<EquilibriumResult> result;
-        if (options.nested && lattice && CoarserMesh::pays(lattice->first) && !banded_pays(lattice->first)) {
+        if (options.nested && lattice && !potential.pressure() && CoarserMesh::pays(lattice->first) &&
+            !banded_pays(lattice->first)) {
             result = from_coarser(path, displacement, options);
         }
         if (!result) {
             body->write(displacement, 1 / body->length_unit(), state.displacement);
             result = follow_here(path, options);
         }
+        read_pressure();
         body->read(state.displacement, body->length_unit(), displacement);
         return *result;
     }
@@ -236,7 +241,7 @@ struct EquilibriumSolver<T>::Implementation {
     std::unique_ptr<Cycles> multigrid;                   ///< made when it is first asked for
     std::unique_ptr<Banded<T>> banded;                   ///< likewise
     std::vector<T> target;
-    double stiffness_damping = 0, dissipated = 0;
+    double stiffness_damping = 0, dissipated = 0, stored_by_pressure = 0;
 };
 
 template <class T>
@@ -298,6 +303,9 @@ EquilibriumResult EquilibriumSolver<T>::solve(const Loading& loading, VectorFiel
             }
             for (std::size_t c = 0; c < 3; ++c) {
                 part.acceleration[c] = fraction * loading.acceleration[c];
+            }
+            for (std::size_t f = 0; f < loading.pressures.size(); ++f) {
+                part.pressures[f] = fraction * loading.pressures[f];
             }
             return part;
         },
@@ -378,6 +386,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     }
     if (found.status == EquilibriumStatus::converged) {
         i.dissipated += i.potential.dissipation(i.state);
+        i.read_pressure();
     }
     // v_new = (u_new - u) / dt, before u is overwritten.
     for (std::size_t n = 0; n < count; ++n) {
@@ -406,6 +415,7 @@ ModesResult EquilibriumSolver<T>::modes(std::span<const PrescribedNode> supports
     require(options.iterations >= 1, "iterations", options.iterations, "at least 1");
     i.read(displacement);
     i.potential.prescribe(supports);
+    i.potential.set_pressures({}, {});
     return lowest_modes<T>(
         i.potential, i.state,
         [&](bool moves) -> Preconditioner<T>& {
@@ -443,28 +453,46 @@ void EquilibriumSolver<T>::damp_springs(double stiffness_damping) {
 }
 
 template <class T>
+void EquilibriumSolver<T>::press(std::span<const SurfaceFace> faces, std::span<const double> pressures) {
+    implementation_->potential.press(faces, pressures);
+    implementation_->stored_by_pressure = 0;
+}
+
+template <class T>
 std::vector<EffectEnergy> EquilibriumSolver<T>::effect_energies() const {
-    if (implementation_->stiffness_damping == 0) {
-        return {};
+    const Implementation& i = *implementation_;
+    std::vector<EffectEnergy> effects;
+    if (i.stiffness_damping > 0) {
+        effects.push_back({"stiffness damping", 0, i.dissipated});
     }
-    return {{"stiffness damping", 0, implementation_->dissipated}};
+    if (i.potential.pressure()) {
+        effects.push_back({"pressure", i.stored_by_pressure, 0});
+    }
+    return effects;
 }
 
 template <class T>
 std::vector<double> EquilibriumSolver<T>::effect_memory() const {
-    return implementation_->stiffness_damping == 0 ? std::vector<double>()
-                                                   : std::vector<double>{implementation_->dissipated};
+    std::vector<double> memory;
+    for (const EffectEnergy& effect : effect_energies()) {
+        memory.push_back(effect.stored + effect.dissipated); // one of which is 0
+    }
+    return memory;
 }
 
 template <class T>
 void EquilibriumSolver<T>::set_effect_memory(std::span<const double> memory) {
+    Implementation& i = *implementation_;
     const std::size_t expected = effect_memory().size();
     if (memory.size() != expected) {
         throw std::invalid_argument("memory of effects: " + std::to_string(memory.size()) + " numbers given, " +
                                     std::to_string(expected) + " expected");
     }
-    if (expected > 0) {
-        implementation_->dissipated = memory[0];
+    if (i.stiffness_damping > 0) {
+        i.dissipated = memory.front();
+    }
+    if (i.potential.pressure()) {
+        i.stored_by_pressure = memory.back();
     }
 }
 
@@ -477,6 +505,9 @@ void EquilibriumSolver<T>::get_effect_forces(VectorField<const T> displacement, 
     i.body->write(velocity, 1 / i.body->length_unit(), v.field);
     if (i.stiffness_damping > 0) {
         add_damping_forces(*i.body, i.state, v.field, i.stiffness_damping, scratch.field, f.field);
+    }
+    if (const PressurePotential<T>* const pressure = i.potential.pressure(); pressure && pressure->acts()) {
+        pressure->add_forces(i.state, f.field);
     }
     i.body->read(f.field, 1, force);
 }

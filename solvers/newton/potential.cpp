@@ -99,6 +99,26 @@ void Potential<T>::load(std::span<const std::array<double, 3>> forces, const std
 }
 
 template <class T>
+void Potential<T>::press(std::span<const SurfaceFace> faces, std::span<const double> pressures) {
+    auto pressure = faces.empty() ? nullptr : std::make_unique<PressurePotential<T>>(*body_, faces);
+    if (pressure) {
+        pressure->set(pressures);
+    } else {
+        check_pressures(pressures, 0);
+    }
+    pressure_ = std::move(pressure);
+}
+
+template <class T>
+void Potential<T>::set_pressures(std::span<const double> pressures, std::span<const PrescribedNode> held) {
+    if (pressure_) {
+        pressure_->set(pressures, held);
+    } else {
+        check_pressures(pressures, 0);
+    }
+}
+
+template <class T>
 void Potential<T>::pull(double strength, VectorField<const T> towards) {
     if (!(strength >= 0 && std::isfinite(strength))) {
         throw std::invalid_argument("strength of the pull = " + std::to_string(strength) +
@@ -208,6 +228,11 @@ auto Potential<T>::value(State<T>& state) const -> Value {
         value.total -= work;
         value.size += std::abs(work);
     }
+    if (pressure_ && pressure_->acts()) {
+        const double pressed = pressure_->value(state) / body_->length_unit();
+        value.total += pressed;
+        value.size += std::abs(pressed);
+    }
     if (pull_strength_ > 0) {
         const double pull = space_.sum(
             [](const T& q, const T& target, const T& weight) {
@@ -249,6 +274,10 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
             std::max(balance.support, std::abs(static_cast<double>(gradient.field[held.array][held.index])));
         gradient.field[held.array][held.index] = 0;
     }
+    if (pressure_ && pressure_->acts()) { // on what is free alone, as the next line sees to
+        balance.load = std::max(balance.load, pressure_->largest_force());
+        pressure_->add_gradient(state, gradient.field);
+    }
     // Whatever the kernels left in the padding is no force.
     space_.for_each([](const T& free, T& g) { g = free != 0 ? g : T(0); }, free_, gradient);
     balance.unbalanced = space_.largest_component(gradient);
@@ -261,6 +290,9 @@ void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvatur
     if (damping_) {
         apply_damping(p.field);
         space_.add_multiple(damping_->strength, damping_->product, out);
+    }
+    if (pressure_ && pressure_->acts() && curvature == Curvature::whole) {
+        pressure_->add_product(*linearised_, p.field, out.field);
     }
     if (pull_strength_ > 0) {
         space_.for_each([](const T& weight, const T& x, const T& free, T& y) { y = free * (y + weight * x); },

@@ -2,6 +2,7 @@
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "solvers/newton/body_geometry.hpp"
+#include "solvers/newton/pressure_potential.hpp"
 #include "solvers/newton/turning.hpp"
 #include "solvers/newton/vector_space.hpp"
 
@@ -22,11 +23,11 @@ struct Balance {
 
 /// The potential that a body's equilibrium minimises over its free components:
 ///
-///     P(u) = W(u) - f . u + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
+///     P(u) = W(u) - f . u + sum p V(u) + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
 ///
-/// with the body's energy W, dead nodal loads f (gravity among them), and a pull of the strength a (1/s^2) towards
-/// given displacements v, by which backward Euler is a minimiser too: with v_n the velocity, c the mass damping and dt
-/// the step,
+/// with the body's energy W, dead nodal loads f (gravity among them), pressures p on the surfaces of volumes V, and a
+/// pull of the strength a (1/s^2) towards given displacements v, by which backward Euler is a minimiser too: with v_n
+/// the velocity, c the mass damping and dt the step,
 ///
 ///     a = 1/dt^2 + c/dt,   a v = (u_n + dt v_n)/dt^2 + c u_n/dt,   gravity and loads as dead loads.
 ///
@@ -48,6 +49,12 @@ public:
     void prescribe(std::span<const PrescribedNode> nodes);
     /// Replaces the loads: one force a node in N (or none at all) and an acceleration (m/s^2) of all masses.
     void load(std::span<const std::array<double, 3>> forces, const std::array<double, 3>& acceleration);
+    /// Replaces the faces that can be pressed; none for none. `pressures`: Pa, one each or none.
+    void press(std::span<const SurfaceFace> faces, std::span<const double> pressures);
+    /// Their pressures at supports; see PressurePotential::set().
+    void set_pressures(std::span<const double> pressures, std::span<const PrescribedNode> held);
+    /// Null without faces.
+    const PressurePotential<T>* pressure() const { return pressure_.get(); }
     /// Replaces the pull: its strength a in 1/s^2, >= 0, and the displacements v in m, one a node.
     void pull(double strength, VectorField<const T> towards);
     void release() {
@@ -138,6 +145,7 @@ private:
     std::size_t free_count_ = 0;
     bool loaded_ = false;
     std::unique_ptr<Damping> damping_;
+    std::unique_ptr<PressurePotential<T>> pressure_;
     double pull_strength_ = 0;
     std::vector<double> pull_stiffness_;
     double largest_load_ = 0;

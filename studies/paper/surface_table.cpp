@@ -168,7 +168,8 @@ double stiffness_under_traction(const Way& way, int cells) {
     const double traction = kStrain * way.material().young_modulus;
     Scene scene;
     scene.fixes = {kHalfX, kHalfZ, {BoxRegion{{-kFar, -1e-6, -kFar}, {kFar, 1e-6, kFar}}, 2}};
-    scene.loads = {{kHighPlate, {0, traction, 0}, {}, true}, {kLowPlate, {0, -traction, 0}, {}, true}};
+    scene.loads = {{kHighPlate, {0, traction, 0}, {}, LoadKind::traction},
+                   {kLowPlate, {0, -traction, 0}, {}, LoadKind::traction}};
     return traction * traction / -at_rest(way, capped_ball(), cells, scene).energies.external;
 }
 

@@ -611,6 +611,41 @@ static void motion(void) {
         OK(hybmss_dynamics_critical_time_step(dynamics, &damped));
         EXPECT(damped == dt);
     }
+    {
+        enum { FACES = 2 * (NX * NY + NY * NZ + NZ * NX) };
+        static uint32_t faces[4 * FACES];
+        static double pressures[FACES];
+        const hybmss_step_parameters step = {dt / 2, {0, 0, 0}, 50, HYBMSS_LEAPFROG};
+        size_t count = 0, n;
+        double before = 0, after = 0;
+        OK(hybmss_body_surface_faces(body, NULL, &count));
+        EXPECT(count == FACES);
+        OK(hybmss_body_surface_faces(body, faces, &count));
+        for (n = 0; n < FACES; ++n) {
+            EXPECT(faces[4 * n] < NODES);
+        }
+        OK(hybmss_dynamics_press(dynamics, body, faces, pressures, FACES));
+        OK(hybmss_dynamics_energies(dynamics, &before, NULL, NULL));
+        for (n = 0; n < FACES; ++n) {
+            pressures[n] = 1e3;
+        }
+        OK(hybmss_dynamics_set_pressures(dynamics, pressures, FACES));
+        OK(hybmss_dynamics_step(dynamics, &step, 20));
+        OK(hybmss_dynamics_energies(dynamics, &after, NULL, NULL));
+        EXPECT(after != before);
+        REFUSED(hybmss_dynamics_set_pressures(dynamics, pressures, 1), "1 pressures given for 94 faces");
+        REFUSED(hybmss_dynamics_set_pressures(dynamics, NULL, 1), "pressures is null");
+        REFUSED(hybmss_dynamics_set_pressures(NULL, pressures, 1), "dynamics is null");
+        faces[1] = NODES;
+        REFUSED(hybmss_dynamics_press(dynamics, body, faces, pressures, FACES), "node 120");
+        REFUSED(hybmss_dynamics_press(dynamics, body, NULL, pressures, 1), "nodes is null");
+        REFUSED(hybmss_dynamics_press(dynamics, body, faces, NULL, 1), "pressures is null");
+        REFUSED(hybmss_dynamics_press(dynamics, NULL, faces, pressures, 1), "body is null");
+        REFUSED(hybmss_dynamics_press(NULL, body, faces, pressures, 1), "dynamics is null");
+        REFUSED(hybmss_body_surface_faces(NULL, NULL, &count), "body is null");
+        REFUSED(hybmss_body_surface_faces(body, NULL, NULL), "count is null");
+        OK(hybmss_dynamics_press(dynamics, body, NULL, NULL, 0));
+    }
     REFUSED(hybmss_dynamics_critical_time_step(NULL, &dt), "dynamics is null");
     REFUSED(hybmss_dynamics_critical_time_step(dynamics, NULL), "time_step is null");
     hybmss_dynamics_destroy(dynamics);

@@ -436,7 +436,7 @@ TEST(Traction, on_a_box_is_spread_as_a_force) {
     Load load = {FaceRegion{1, true}, {0, 0.3 * 0.4, 0}};
     scene.loads = {load};
     const Carried by_force = carried(scene);
-    scene.loads[0] = {load.where, {0, 1, 0}, {}, true};
+    scene.loads[0] = {load.where, {0, 1, 0}, {}, LoadKind::traction};
     const Carried by_area = carried(scene);
     for (std::size_t n = 0; n < by_force.areas.size(); ++n) {
         EXPECT_NEAR(by_area.areas[n], by_force.areas[n], 1e-15);
@@ -466,7 +466,7 @@ TEST(Traction, on_a_cut_surface_has_its_area_and_moments) {
                 vertex[a] -= scene.body.origin[a];
             }
         }
-        scene.loads = {{BoxRegion{{-9, -9, -9}, {9, 9, 9}}, {0, 1, 0}, {}, true}};
+        scene.loads = {{BoxRegion{{-9, -9, -9}, {9, 9, 9}}, {0, 1, 0}, {}, LoadKind::traction}};
         const Carried whole = carried(scene);
         EXPECT_NEAR(whole.area, area, 1e-12 * area);
         for (std::size_t a = 0; a < 3; ++a) {

@@ -1,6 +1,8 @@
-/// Velocities at the start, and loads and gravity that change in time.
+/// Velocities at the start, loads and pressures of every kind, and how they change in time.
 
 #include "hybmss/simulation/simulation.hpp"
+#include "hybmss/simulation/world_simulation.hpp"
+#include "simulation/run/boundary_conditions.hpp"
 #include "tests/program.hpp"
 
 #include <cmath>
@@ -267,6 +269,215 @@ TEST(TimeTable, goes_on_from_a_checkpoint_with_the_same_bits) {
             EXPECT_EQ(end.balance.value().gravity, all.balance->gravity);
         }
     }
+}
+
+// -- Kinds of loads
+
+/// The sums of a scene's nodal forces and of their moments about a point.
+std::pair<Vector3, Vector3> sums(const Scene& scene, const Vector3& about, double time = 0) {
+    const Lattice lattice = scene_lattice(scene);
+    const std::vector<Vector3> rest = rest_positions(lattice, scene.body.origin);
+    Vector3 sum{}, moment{};
+    const std::vector<Vector3> forces = nodal_loads(scene, loaded_nodes(scene, lattice, rest), rest.size(), time);
+    for (std::size_t n = 0; n < forces.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::size_t i = (a + 1) % 3, j = (a + 2) % 3;
+            sum[a] += forces[n][a];
+            moment[a] += (rest[n][i] - about[i]) * forces[n][j] - (rest[n][j] - about[j]) * forces[n][i];
+        }
+    }
+    return {sum, moment};
+}
+void expect_near(const Vector3& a, const Vector3& b, double tolerance) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(a[axis], b[axis], tolerance) << axis;
+    }
+}
+
+/// Whatever the region, and about every point: its forces have no sum.
+TEST(Moment, is_what_its_forces_add_up_to) {
+    for (const std::string where :
+         {"\"y-max\"", "{box = [[0, 0, 0], [0.1, 0.1, 0.4]]}", "{sphere = {center = [0, 0, 0], radius = 0.15}}"}) {
+        const Scene scene = parse_scene(
+            kBlock + "[[load]]\nwhere = " + where + "\nmoment = [[0, 1, -2, 3], [1, 4, 0, 0]]\n" + kInTime, "s.toml");
+        for (const Vector3& about : {Vector3{0, 0, 0}, Vector3{3, -1, 2}}) {
+            const auto [force, moment] = sums(scene, about);
+            expect_near(force, {0, 0, 0}, 1e-12);
+            expect_near(moment, {1, -2, 3}, 1e-12);
+            expect_near(sums(scene, about, 2).second, {4, 0, 0}, 1e-12);
+        }
+    }
+    EXPECT_NE(refusal(kBlock + "[[load]]\nwhere = {box = [[0, 0, 0], [0, 0, 1]]}\nmoment = [1, 0, 0]\n" + kInTime)
+                  .find("s.toml:9:9: load.where = {box = [[0, 0, 0], [0, 0, 1]]}: its nodes lie on one line"),
+              std::string::npos);
+    EXPECT_NE(refusal(kBlock + "[[load]]\nwhere = {node = 3}\nmoment = [1, 0, 0]\n" + kInTime).find("on one line"),
+              std::string::npos);
+}
+
+/// A free body is turned by it and goes nowhere: I w' = M; and what holds a face bears it.
+TEST(Moment, turns_a_body_and_is_borne_by_its_support) {
+    Simulation simulation(parse_scene(
+        kBlock + "[[load]]\nwhere = {box = [[0, 0, 0], [9, 9, 9]]}\nmoment = [0, 0, 0.5]\n" + kInTime, "s.toml"));
+    simulation.step(40);
+    const auto [linear, angular] = momenta(simulation, {0.1, 0.15, 0.2});
+    expect_near(linear, {0, 0, 0}, 1e-12);
+    expect_near(angular, {0, 0, 0.5 * 0.04}, 1e-6);
+    Simulation still(parse_scene(kBlock +
+                                     "[[fix]]\nwhere = \"z-min\"\n[[load]]\nwhere = \"z-max\"\nmoment = [0, 0, 0.01]\n"
+                                     "[[probe]]\nname = \"foot\"\nwhere = \"z-min\"\n[solver]\nmethod = \"static\"\n",
+                                 "s.toml"));
+    const Summary summary = still.run();
+    EXPECT_TRUE(summary.converged) << summary.failure;
+    expect_near(summary.probes.at(0).force, {0, 0, 0}, 1e-8);
+    expect_near(summary.probes.at(0).torque, {0, 0, -0.01}, 1e-6);
+}
+
+/// On the whole body it is gravity; on a part it is the weight of that part, by its own density.
+TEST(BodyForce, is_that_of_the_chosen_cells) {
+    const std::string whole = "where = {box = [[0, 0, 0], [9, 9, 9]]}\n";
+    const std::string held = kBlock + "[[fix]]\nwhere = \"z-min\"\n";
+    const std::string still = "[solver]\nmethod = \"static\"\n";
+    Simulation falls(parse_scene(held + "[gravity]\nacceleration = [1, 2, -10]\n" + still, "s.toml")),
+        pulled(parse_scene(held + "[[load]]\n" + whole + "acceleration = [1, 2, -10]\n" + still, "s.toml")),
+        dense(parse_scene(held + "[[load]]\n" + whole + "force_density = [1e3, 2e3, -1e4]\n" + still, "s.toml"));
+    for (Simulation* each : {&falls, &pulled, &dense}) {
+        EXPECT_TRUE(each->run().converged);
+        for (std::size_t n = 0; n < falls.node_count(); ++n) {
+            expect_near(each->displacements()[n], falls.displacements()[n], 1e-7 * 0.01);
+        }
+    }
+    Scene scene = parse_scene(kBlock + "[[load]]\nwhere = \"z-max\"\nacceleration = [0, 0, -10]\n" + kInTime, "s.toml");
+    expect_near(sums(scene, {}).first, {0, 0, -10 * 6}, 1e-12); // the uppermost layer of cells, 1 kg each
+    scene.body.labels.assign(24, 1);
+    scene.body.labels[23] = 2;
+    scene.labels = {{1, 1e5, {}, {}}, {2, 2e5, {}, 3000}};
+    expect_near(sums(scene, {}).first, {0, 0, -10 * (5 + 3)}, 1e-12);
+    scene.loads[0].kind = LoadKind::force_density;
+    expect_near(sums(scene, {}).first, {0, 0, -10 * 6e-3}, 1e-12);
+    EXPECT_NE(refusal(kBlock + "[[load]]\nwhere = {node = 3}\nacceleration = [1, 0, 0]\n" + kInTime)
+                  .find("load.where = {node = 3}: no cell's centre lies in it"),
+              std::string::npos);
+}
+
+// -- [[pressure]]
+
+const std::string kAllOver = "[[pressure]]\nwhere = {box = [[-1, -1, -1], [9, 9, 9]]}\n";
+
+/// By its bulk modulus, at rest and where backward Euler and damped explicit steps come to.
+TEST(PressureScene, a_block_shrinks_by_its_bulk_modulus) {
+    const double pressure = 10, bulk = 1e5 / (3 * (1 - 2 * 0.3));
+    const std::string solvers[] = {
+        "[solver]\nmethod = \"static\"\n",
+        "[damping]\nmass = 30\n[solver]\nmethod = \"backward-euler\"\nduration = 3\ntime_step = 0.02\n",
+        "[damping]\nmass = 30\n[solver]\nmethod = \"leapfrog\"\nduration = 3\n",
+        "[damping]\nmass = 30\n[solver]\nduration = 3\n"};
+    for (const std::string& solver : solvers) {
+        for (const std::string value : {"10", "[[0, 0], [0.5, 10]]"}) {
+            Simulation simulation(parse_scene(
+                kBlock + kAllOver + "pressure = " + value + "\n" + "[[fix]]\nwhere = {node = 0}\n" + solver, "s.toml"));
+            const Summary summary = simulation.run();
+            EXPECT_EQ(summary.failure, "");
+            EXPECT_NEAR(summary.volume.relative_volume_change, pressure / bulk, 2e-3 * pressure / bulk)
+                << solver << value;
+            const EffectEnergy& effect = summary.energies.effects.at(0);
+            EXPECT_EQ(effect.name, "pressure");
+            if (value == "10") { // else it was pressed at less
+                EXPECT_NEAR(effect.stored, -pressure * 0.024 * pressure / bulk, 0.02 * 0.024 * 100 / bulk) << solver;
+            }
+        }
+    }
+}
+
+/// Its work, with a table and where the surface does not close, by both explicit methods; and cuts and checkpoints.
+TEST(PressureScene, its_work_is_in_the_energy_balance) {
+    const std::string text = kBlock + "[[fix]]\nwhere = \"x-min\"\n[[pressure]]\nwhere = \"y-max\"\n" +
+                             "pressure = [[0, 0], [0.1, 4e3], [0.2, -1e3], [0.4, 2e3]]\n[[pressure]]\n"
+                             "where = {of = {box = [[0, 0, 0], [9, 9, 9]]}, without = [\"x-min\"]}\npressure = 500\n"
+                             "[output]\nenergy_balance = true\n" +
+                             kInTime;
+    for (const Scene& scene : {parse_scene(text, "s.toml"), by_leapfrog(text)}) {
+        const EnergyBalance balance = Simulation(scene).run().balance.value();
+        EXPECT_LT(balance.relative_imbalance(), 1e-3); // the step's own, as without pressure
+        EXPECT_GT(std::abs(balance.effects), 0.05);
+        EXPECT_GT(balance.elastic, 0.05);
+        EXPECT_EQ(balance.effects_dissipated, 0);
+    }
+}
+
+TEST(PressureScene, goes_on_from_a_checkpoint_with_the_same_bits) {
+    const test::TemporaryDirectory directory;
+    const std::string file = directory.path() / "checkpoint";
+    const std::string text = kBlock + kAllOver + "pressure = [[0, 0], [0.3, 9e3]]\n[[fix]]\nwhere = \"y-min\"\n",
+                      cut = "[[cut]]\nbox = [[0.1, 0.2, 0.3], [9, 9, 9]]\nat = 0.2\n";
+    for (const Scene& scene : {parse_scene(text + cut + kInTime, "s.toml"), by_leapfrog(text + cut + kInTime),
+                               parse_scene(text + kImplicit, "s.toml")}) {
+        Simulation whole(scene);
+        const Summary all = whole.run();
+        EXPECT_EQ(all.failure, "");
+        Simulation parts(scene);
+        int stops = 0;
+        RunCallbacks callbacks;
+        callbacks.checkpoint = [&] {
+            parts.write_checkpoint(file);
+            ++stops;
+            return false;
+        };
+        Summary end = parts.run(callbacks);
+        for (; end.interrupted; end = parts.run(callbacks)) {
+            parts = Simulation::restarted(scene, {}, file);
+        }
+        EXPECT_GT(stops, 5);
+        EXPECT_EQ(parts.displacements(), whole.displacements());
+        EXPECT_EQ(end.energies.effects.at(0).stored, all.energies.effects.at(0).stored);
+        EXPECT_NE(all.energies.effects.at(0).stored, 0);
+    }
+}
+
+/// A plate that holds the pressed face reads what presses on it; two pressures on a face add up.
+TEST(PressureScene, supports_bear_it) {
+    const std::string text = kBlock + "[[fix]]\nwhere = \"z-min\"\n[[fix]]\nwhere = \"z-max\"\n"
+                                      "[[pressure]]\nwhere = \"z-max\"\npressure = 100\n"
+                                      "[[pressure]]\nwhere = \"z-max\"\npressure = -30\n"
+                                      "[[probe]]\nname = \"plate\"\nwhere = \"z-max\"\n";
+    for (const std::string& solver : {std::string("[solver]\nmethod = \"static\"\n"), kInTime, kImplicit}) {
+        Simulation simulation(parse_scene(text + solver, "s.toml"));
+        simulation.step();
+        expect_near(simulation.probes().at(0).force, {0, 0, 70 * 0.06}, 1e-12);
+    }
+}
+
+TEST(PressureScene, what_it_cannot_be_is_refused) {
+    const std::string top = kBlock + "[[fix]]\nwhere = \"z-min\"\n[[pressure]]\nwhere = \"z-max\"\npressure = 1\n";
+    EXPECT_EQ(refusal(top + kInTime), "");
+    EXPECT_NE(refusal(top + kImplicit)
+                  .find("s.toml:11:9: pressure.where = \"z-max\": with method = \"backward-euler\" pressed faces must "
+                        "close, or end where they are held: they end at the nodes"),
+              std::string::npos);
+    EXPECT_NE(
+        refusal(kBlock + "[[pressure]]\nwhere = {box = [[0.1, 0.1, 0.1], [0.1, 0.2, 0.3]]}\npressure = 1\n" + kInTime)
+            .find("pressure.where = {box = [[0.1, 0.1, 0.1], [0.1, 0.2, 0.3]]}: the middle of no outer face"),
+        std::string::npos);
+}
+
+/// Of several bodies each has its own, and moves as it would alone.
+TEST(PressureScene, a_body_of_several_is_pressed_alone) {
+    const std::string block = "cells = [2, 3, 4]\ncell_size = 0.1\n";
+    const std::string material = "[material]\nyoung_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
+    const std::string value = "where = {box = [[-1, -1, -1], [9, 9, 9]]}\npressure = [[0, 0], [0.3, 9e3]]\n";
+    const std::string moment = "where = \"z-max\"\nmoment = [0.1, 0, 0]\n";
+    const WorldScene scene = std::get<WorldScene>(
+        parse_any_scene("[[body]]\nname = \"a\"\n" + block + "[[body]]\nname = \"b\"\n" + block + material +
+                            "[[pressure]]\nbody = \"a\"\n" + value + "[[load]]\nbody = \"b\"\n" + moment + kInTime,
+                        "w.toml"));
+    WorldSimulation world(scene);
+    Simulation pressed(parse_scene("[body]\n" + block + material + "[[pressure]]\n" + value + kInTime, "s.toml")),
+        turned(parse_scene("[body]\n" + block + material + "[[load]]\n" + moment + kInTime, "s.toml"));
+    world.step(100);
+    pressed.step(100);
+    turned.step(100);
+    EXPECT_EQ(world.body(0).displacements(), pressed.displacements());
+    EXPECT_EQ(world.body(1).displacements(), turned.displacements());
+    EXPECT_LT(pressed.energies().effects.at(0).stored, 0);
 }
 
 } // namespace

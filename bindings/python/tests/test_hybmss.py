@@ -221,6 +221,21 @@ def test_motion():
         hybmss.ExplicitDynamics(BOX, MATERIAL).prescribe([0], "w")
 
 
+def test_pressure():
+    cube = hybmss.Lattice.box(3, 3, 3, 0.1)
+    body = hybmss.ExplicitDynamics(cube, hybmss.Material(young_modulus=1e6, poisson_ratio=0.3))
+    faces = hybmss.surface_faces(cube)
+    assert len(faces) == 54
+    body.press(cube, faces, [0] * 54)
+    body.set_pressures([1e3] * 54)
+    body.step(0.5 * body.critical_time_step, 4000, mass_damping=300)
+    shrunk = 1e3 * (1 - 2 * 0.3) / 1e6
+    edge = body.displacements[3] - body.displacements[0]
+    assert edge[0] == pytest.approx(-0.3 * shrunk, rel=0.01)
+    with pytest.raises(ValueError, match="1 pressures given for 54 faces"):
+        body.set_pressures([1])
+
+
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_world(dtype):
     world = hybmss.World(dtype, threads=1)

@@ -132,8 +132,12 @@ struct Start {
 /// Rows of a time (s), x, y and z, times ascending. Linear between rows, held before the first and after the last.
 using TimeTable = std::vector<std::array<double, 4>>;
 
+/// Likewise of a time and a number.
+using NumberTable = std::vector<std::array<double, 2>>;
+
 /// `constant`, or where there is a table its value at a time.
 std::array<double, 3> value_at(const std::array<double, 3>& constant, const TimeTable& table, double time);
+double value_at(double constant, const NumberTable& table, double time);
 
 struct Gravity {
     std::array<double, 3> acceleration = {0, 0, 0}; ///< m/s^2
@@ -147,15 +151,33 @@ struct Damping {
     bool operator==(const Damping&) const = default;
 };
 
-/// A dead force that is spread over the nodes of a region in proportion to the cells that they touch: evenly over a
-/// face, whose corner nodes take a quarter. Or a dead traction on the part of the body's surface in the region: that of
-/// the triangles that it is made from, else the faces of its cells.
+/// What a Load is. All are dead: they do not turn with the body.
+enum class LoadKind {
+    force,    ///< N in all, over the region's nodes in proportion to the cells that they touch: evenly over a face,
+              ///< whose corner nodes take a quarter
+    traction, ///< Pa at rest, on the part of the body's surface in the region: that of the triangles that it is made
+              ///< from, else the faces of its cells
+    moment,   ///< N m about the region's middle: forces on its nodes as a small turn would move them, in proportion
+              ///< to the cells that they touch, that have no sum
+    acceleration, ///< m/s^2 of the cells whose centre is in the region: gravity of a part
+    force_density ///< N/m^3 at rest, on these cells
+};
+
 struct Load {
     Region where;
-    std::array<double, 3> force = {0, 0, 0}; ///< N in all, or Pa
+    std::array<double, 3> force = {0, 0, 0}; ///< or what else it is of
     TimeTable force_in_time = {};            ///< in its place, where there are rows
-    bool traction = false;                   ///< `force` is one by area
+    LoadKind kind = LoadKind::force;
     bool operator==(const Load&) const = default;
+};
+
+/// A pressure on the outer faces of cells whose middle at rest is in the region, those around hollows too. It follows
+/// them; above zero it pushes into the body. Several on a face add up.
+struct Pressure {
+    Region where;
+    double pressure = 0;               ///< Pa
+    NumberTable pressure_in_time = {}; ///< in its place, where there are rows
+    bool operator==(const Pressure&) const = default;
 };
 
 /// The side of a plane that its normal points away from; m.
@@ -257,6 +279,7 @@ struct Scene {
     Gravity gravity;
     Damping damping;
     std::vector<Load> loads;
+    std::vector<Pressure> pressures;
     std::vector<Cut> cuts;
     std::vector<SceneObstacle> obstacles;
     std::vector<Probe> probes;
