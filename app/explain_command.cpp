@@ -368,7 +368,7 @@ void explain_world(const ExplainArguments& arguments, const WorldScene& scene) {
     row("time step",
         fmt::format("{:.6g} s for all bodies (stable: {:.6g} s)", world.time_step(), world.critical_time_step()));
     for (const auto& [first, second, reading] : world.contacts()) {
-        row("contact", first == second ? first + " touches itself" : first + " and " + second);
+        row("contact", fmt::format("{} touches {}", first, first == second ? "itself" : second));
     }
     for (const AttachmentReading& tied : world.attachments()) {
         row("attached", fmt::format("{} nodes of {} to {}", tied.ties, tied.from, tied.to.empty() ? "space" : tied.to));
