@@ -28,7 +28,7 @@ struct Rows {
 
 void add_probes(Rows& row, const Summary& s, const std::string& owner = "") {
     for (const ProbeReading& probe : s.probes) {
-        row.vectors(owner + "probe " + probe.name);
+        row.vectors(fmt::format("{}probe {}", owner, probe.name));
         row("  force (N)", vector_text(probe.force));
         row("  torque (N m)", vector_text(probe.torque));
         row("  mean displacement (m)", vector_text(probe.mean_displacement));
@@ -38,7 +38,7 @@ void add_probes(Rows& row, const Summary& s, const std::string& owner = "") {
 
 void add_obstacles(Rows& row, const Summary& s, const std::string& owner = "") {
     for (const auto& [name, reading, stiffness] : s.obstacles) {
-        row.vectors(owner + "obstacle " + name);
+        row.vectors(fmt::format("{}obstacle {}", owner, name));
         row("  force (N)", vector_text(reading.force));
         row("  torque (N m)", vector_text(reading.torque));
         row("  impulse (N s)", vector_text(reading.impulse));
@@ -225,14 +225,14 @@ std::string summary_table(const WorldSimulation& world, const WorldSummary& s) {
         add_probes(row, body, world.name(b) + ": ");
     }
     for (const auto& [first, second, reading] : s.contacts) {
-        row.vectors("contact " + first + ", " + second);
+        row.vectors(fmt::format("contact {}, {}", first, second));
         row("  force (N)", vector_text(reading.force));
         row("  impulse (N s)", vector_text(reading.impulse));
         row("  depth (m)",
             fmt::format("{:.3g} of {} nodes, {:.3g} on the way", reading.depth, reading.nodes, reading.greatest_depth));
     }
     for (const AttachmentReading& tied : s.attachments) {
-        row.vectors("attached " + tied.from + ", " + (tied.to.empty() ? "space" : tied.to));
+        row.vectors(fmt::format("attached {}, {}", tied.from, tied.to.empty() ? "space" : tied.to));
         row("  force (N)", fmt::format("{} of {} ties", vector_text(tied.force), tied.ties));
     }
     row("wall time", fmt::format("{:.3f} s", s.wall_seconds));
