@@ -3,6 +3,7 @@
 #include "app/bench_arguments.hpp"
 #include "bench/interleaved.hpp"
 #include "hybmss/equilibrium.hpp"
+#include "hybmss/explicit_dynamics.hpp"
 #include "plan/bodies/layout_table.hpp"
 #include "simulation/geometry/cells.hpp"
 #include "solvers/multigrid/float_multigrid.hpp"
@@ -18,6 +19,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <stdexcept>
@@ -38,6 +40,12 @@ constexpr const char* kIntroduction =
     "mesh: a cube of 5 m compressed likewise, with crush resistance 20, to 1e-6; `products`: the time in Hessian "
     "products\n"
     "at that size, `e`: loss of volume, `force`: of the plate, `least`: the least volume ratio of a cell.\n"
+    "euler: backward Euler at 100 times the critical step, to 1e-6: a cube of 5 m with its lower face clamped, in a "
+    "weight "
+    "that\n"
+    "grows from nothing and turns once in 12 steps, the first 12 left out; medians a step. `steps`: the time of one in "
+    "explicit\n"
+    "steps.\n"
     "Doubles.\n";
 
 constexpr double kCellSize = 0.5;
@@ -282,9 +290,79 @@ std::string mesh_line(const std::string& name, const benchmark::BenchmarkReporte
                    100 * counter(run, "volume_change"), counter(run, "force"), counter(run, "least_volume_ratio"));
 }
 
+/// Backward Euler steps far above the critical one, beside explicit steps of the same body.
+void measure_euler(benchmark::State& state, int edge, double poisson_ratio, int threads) {
+    constexpr double kHeight = 5, kTimes = 100;
+    constexpr int kTurn = 12; ///< steps in which the weight turns once
+    const Lattice lattice = Lattice::box(edge, edge, edge, kHeight / edge);
+    const Material material{.poisson_ratio = poisson_ratio};
+    EquilibriumSolver<double> solver(lattice, material, plan_options(threads));
+    ExplicitDynamics<double> dynamics(lattice, material, plan_options(threads));
+    const double critical = dynamics.critical_time_step();
+    Loading loading;
+    for (const PrescribedNode& node : clamped_faces(lattice, 1)) {
+        if (node.displacement[1] == 0) {
+            loading.supports.push_back(node);
+        }
+    }
+    EquilibriumOptions options;
+    options.tolerance = 1e-6;
+    const std::size_t nodes = solver.node_count();
+    std::vector<double> u(3 * nodes), v(3 * nodes), times, explicit_times, newton, cg, residuals;
+    for ([[maybe_unused]] auto _ : state) {
+        std::fill(u.begin(), u.end(), 0.0);
+        std::fill(v.begin(), v.end(), 0.0);
+        for (int step = 0; step < 3 * kTurn; ++step) {
+            // A strain of some 5 % where it holds the cube.
+            const double weight = 0.05 * material.young_modulus / (material.density * kHeight) *
+                                  std::min(1.0, static_cast<double>(step) / kTurn);
+            const double turned = 2 * std::numbers::pi * step / kTurn;
+            loading.acceleration = {weight * std::sin(turned), -weight * std::cos(turned), 0};
+            auto start = Clock::now();
+            const EquilibriumResult result =
+                solver.step(loading, kTimes * critical, 0, VectorField<double>::aos(u.data(), nodes),
+                            VectorField<double>::aos(v.data(), nodes), options);
+            const double seconds = seconds_since(start);
+            if (result.status != EquilibriumStatus::converged) {
+                state.SkipWithError(result.message.c_str());
+                return;
+            }
+            start = Clock::now();
+            constexpr int kExplicit = 20;
+            dynamics.step({.time_step = 0.5 * critical}, kExplicit);
+            if (step >= kTurn) {
+                explicit_times.push_back(seconds_since(start) / kExplicit);
+                times.push_back(seconds);
+                newton.push_back(result.newton_iterations);
+                cg.push_back(static_cast<double>(result.cg_iterations));
+                residuals.push_back(result.residual);
+            }
+        }
+        state.SetIterationTime(median(times));
+    }
+    state.counters["seconds"] = median(times);
+    state.counters["microseconds_a_cell"] = 1e6 * median(times) / static_cast<double>(lattice.cell_count());
+    state.counters["explicit_steps"] = median(times) / median(explicit_times);
+    state.counters["newton_iterations"] = median(newton);
+    state.counters["cg_iterations"] = median(cg);
+    state.counters["residual"] = *std::max_element(residuals.begin(), residuals.end());
+    // What a solver that stops elsewhere within its tolerance must agree on.
+    double size = 0;
+    for (const double x : u) {
+        size += x * x;
+    }
+    state.counters["root_mean_square"] = std::sqrt(size / static_cast<double>(nodes));
+}
+
+std::string euler_line(const std::string& name, const benchmark::BenchmarkReporter::Run& run) {
+    return printed("%-44s %6.1f %6.1f %10.2f %10.0f %9.1e %12.8f", name.c_str(), counter(run, "newton_iterations"),
+                   counter(run, "cg_iterations"), counter(run, "microseconds_a_cell"), counter(run, "explicit_steps"),
+                   counter(run, "residual"), counter(run, "root_mean_square"));
+}
+
 /// What the equilibrium solver takes: iterations of conjugate gradients by mesh, Poisson's ratio and preconditioner,
-/// and whole static solves beside the finite element program CalculiX. Cubes of 8^3 to 32^3 cells, and of 64^3 where
-/// `choices.large`; `choices.threads` may have one count. Doubles.
+/// and whole static solves beside the finite element program CalculiX. Cubes of 8^3 to 32^3 cells, and of 64^3 (of
+/// mesh rows 96^3 too) where `choices.large`; `choices.threads` may have one count. Doubles.
 Table solver_benchmark(const RowChoices& choices) {
     const int threads = choices.threads.empty() ? 1 : choices.threads.front();
     Table table{kIntroduction, {}};
@@ -320,13 +398,28 @@ Table solver_benchmark(const RowChoices& choices) {
     }
     const std::string mesh_heading = printed("%-44s %6s %6s %10s %10s %9s %9s %7s", "mesh", "newton", "cg", "us/cell",
                                              "products", "e %", "force N", "least");
+    std::vector<int> mesh_edges = edges;
+    if (choices.large) {
+        mesh_edges.push_back(96);
+    }
     for (double poisson_ratio : {0.0, 0.25, 0.4, 0.45, 0.49, 0.499}) {
-        for (int edge : edges) {
+        for (int edge : mesh_edges) {
             const std::string name =
                 printed("mesh/%dx%dx%d/nu:%g/threads:%d", edge, edge, edge, poisson_ratio, threads);
             table.rows.push_back({name, threads, mesh_heading, edge > 16 ? 1 : 5,
                                   [=](benchmark::State& state) { measure_mesh(state, edge, poisson_ratio, threads); },
                                   [=](const auto& run) { return mesh_line(name, run); }});
+        }
+    }
+    const std::string euler_heading = printed("%-44s %6s %6s %10s %10s %9s %12s", "euler", "newton", "cg", "us/cell",
+                                              "steps", "residual", "rms of u, m");
+    for (double poisson_ratio : {0.0, 0.25, 0.45, 0.49, 0.499}) {
+        for (int edge : edges) {
+            const std::string name =
+                printed("euler/%dx%dx%d/nu:%g/threads:%d", edge, edge, edge, poisson_ratio, threads);
+            table.rows.push_back({name, threads, euler_heading, 1,
+                                  [=](benchmark::State& state) { measure_euler(state, edge, poisson_ratio, threads); },
+                                  [=](const auto& run) { return euler_line(name, run); }});
         }
     }
     return table;
