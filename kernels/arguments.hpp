@@ -44,6 +44,10 @@ struct LatticeSum {
     bool operator==(const LatticeSum&) const = default;
 };
 
+/// What a pass over the nodes' blocks B does: x = B r alone; or a term of a smoother (grid_arguments.hpp), from x = 0,
+/// without a direction to keep, or the next one.
+enum class BlockUse { multiply, first, restart, next };
+
 /// Of the items that a kernel goes over.
 using Range = std::ptrdiff_t;
 
@@ -239,5 +243,18 @@ struct DiagonalBlocks {
     T* entry[kBlockEntries];
     StiffeningConstants<T> stiffening;
 };
+
+// ---- multigrid's cycles: grid_arguments.hpp
+
+template <class T>
+struct NodeBlocks;
+template <class T>
+struct GridStencil;
+template <class T>
+struct PatternedCells;
+template <class T>
+struct CellTurns;
+template <class T>
+struct TurnedRows;
 
 } // namespace hybmss::kernels

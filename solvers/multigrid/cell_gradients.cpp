@@ -8,7 +8,7 @@ namespace hybmss {
 
 CellGradients::CellGradients(const PaddedGrid& grid) : grid_(grid), present_(grid.size(), 0) {
     for (std::size_t e = 0; e < 9; ++e) {
-        entries_[e].assign(grid.size() + kLanes, e % 4 == 0 ? 1.0f : 0.0f);
+        entries_[e].assign(grid.size() + kBeyond, e % 4 == 0 ? 1.0f : 0.0f);
     }
 }
 

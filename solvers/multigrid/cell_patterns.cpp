@@ -56,47 +56,41 @@ float pattern_weight(std::size_t corner, std::size_t i) {
 
 } // namespace
 
-void CellPattern::evaluate(const CellTangents& tangents, const Lanes& pull, CellMatrices& matrices) const {
-    const bool volume = tangents.has_volume;
-    Lanes product[3][3][9]; // c a_e a_f^T
-    for (std::size_t e = 0; volume && e < 3; ++e) {
-        for (std::size_t f = 0; f < 3; ++f) {
-            for (std::size_t i = 0; i < 9; ++i) {
-                product[e][f][i] =
-                    tangents.volume_stiffness * tangents.area[3 * e + i / 3] * tangents.area[3 * f + i % 3];
-            }
+void TangentRow::set(std::size_t first, const CellTangents& tangents, const Lanes& pull_of_cells) {
+    has_volume = (first > 0 && has_volume) || tangents.has_volume;
+    has_patterns = tangents.has_patterns;
+    for (std::size_t d = 0; d < kSpringDirections; ++d) {
+        for (std::size_t e = 0; e < 6; ++e) {
+            store_lanes_at(tangents.spring[d][e], springs[d][e] + first);
         }
     }
-    constexpr std::size_t kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5}; // of a symmetric matrix
-    for (std::size_t pair = 0; pair < kCornerPairs; ++pair) {
-        const float(&by)[kTerms] = factor[pair];
-        Lanes sum[6] = {};
-        for (std::size_t d = 0; d < kSpringDirections; ++d) {
-            for (std::size_t i = 0; i < 6; ++i) {
-                sum[i] += by[d] * tangents.spring[d][i];
-            }
-        }
-        for (const std::size_t i : {0u, 3u, 5u}) {
-            sum[i] += by[kPull] * pull;
-            if (tangents.has_patterns) {
-                sum[i] += by[kFourth] * tangents.fourth;
-            }
-        }
-        Lanes(&block)[9] = matrices.block[pair];
+    for (std::size_t e = 0; e < 9; ++e) {
+        store_lanes_at(tangents.area[e], areas[e] + first);
+    }
+    store_lanes_at(tangents.volume_stiffness, volume_stiffness + first);
+    store_lanes_at(pull_of_cells, pull + first);
+    for (std::size_t e = 0; has_patterns && e < 9; ++e) {
         for (std::size_t i = 0; i < 9; ++i) {
-            block[i] = sum[kEntry[i]];
-        }
-        for (std::size_t e = 0; volume && e < 9; ++e) {
-            for (std::size_t i = 0; i < 9; ++i) {
-                block[i] += by[kVolume + e] * product[e / 3][e % 3][i];
-            }
-        }
-        for (std::size_t e = 0; tangents.has_patterns && e < 9; ++e) {
-            for (std::size_t i = 0; i < 9; ++i) {
-                block[i] += by[kPatterns + e] * tangents.patterns[e / 3][e % 3][i];
-            }
+            store_lanes_at(tangents.patterns[e / 3][e % 3][i], patterns[e][i] + first);
         }
     }
+    if (has_patterns) {
+        store_lanes_at(tangents.fourth, fourth + first);
+    }
+}
+
+void CellPattern::evaluate(const kernels::KernelTable<float>& table, const TangentRow& tangents, std::size_t count,
+                           CellMatrices& matrices) const {
+    const kernels::PatternedCells<float> cells{&factor[0][0],
+                                               static_cast<int>(kTerms),
+                                               &tangents.springs[0][0][0],
+                                               &tangents.areas[0][0],
+                                               tangents.volume_stiffness,
+                                               tangents.pull,
+                                               &tangents.patterns[0][0][0],
+                                               tangents.fourth,
+                                               &matrices.block[0][0][0]};
+    table.patterned_cells(tangents.has_volume, tangents.has_patterns)(cells, static_cast<kernels::Range>(count));
 }
 
 CellPatterns::CellPatterns(bool on_means) : on_means_(on_means), patterns_(1) {

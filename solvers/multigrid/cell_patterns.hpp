@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kernels/grid_arguments.hpp"
+#include "kernels/kernel_table.hpp"
 #include "solvers/multigrid/cell_stiffness.hpp"
 #include "solvers/multigrid/lanes.hpp"
 
@@ -10,7 +12,7 @@
 namespace hybmss {
 
 /// The pairs a <= b of a cell's corners, in rows.
-inline constexpr std::size_t kCornerPairs = 36;
+inline constexpr std::size_t kCornerPairs = kernels::kCornerPairs;
 
 /// visit(pair, a, b)
 template <class Visit>
@@ -23,9 +25,26 @@ void for_each_corner_pair(const Visit& visit) {
     }
 }
 
-/// The matrices of a few cells side by side: of each pair of corners a <= b the 3x3 block by rows.
+/// Cells side by side whose matrices are made at a time.
+inline constexpr std::size_t kCellsTogether = kernels::kMaxWidth;
+
+/// Their matrices: of each pair of corners a <= b the 3x3 block by rows.
 struct CellMatrices {
-    Lanes block[kCornerPairs][9];
+    alignas(64) float block[kCornerPairs][9][kCellsTogether];
+};
+
+/// CellTangents of as many cells, a few after the other, and what pulls their corners.
+struct TangentRow {
+    alignas(64) float springs[kSpringDirections][6][kCellsTogether];
+    alignas(64) float areas[9][kCellsTogether];
+    alignas(64) float volume_stiffness[kCellsTogether];
+    alignas(64) float pull[kCellsTogether];
+    alignas(64) float patterns[9][9][kCellsTogether];
+    alignas(64) float fourth[kCellsTogether];
+    bool has_volume = false, has_patterns = false;
+
+    /// Those of kLanes cells from the place `first` on; the first of a row are at 0.
+    void set(std::size_t first, const CellTangents& tangents, const Lanes& pull_of_cells);
 };
 
 /// What a merged cell's matrix is where all its cells deform alike and are as stiff: with A_d the stiffness of a spring
@@ -41,8 +60,9 @@ struct CellPattern {
                                  kFourth = kPatterns + 9, kTerms = kFourth + 1;
     float factor[kCornerPairs][kTerms];
 
-    /// Adds nothing, sets.
-    void evaluate(const CellTangents& tangents, const Lanes& pull, CellMatrices& matrices) const;
+    /// Sets the matrices of the first `count` cells. (Of those up to a whole vector too.)
+    void evaluate(const kernels::KernelTable<float>& table, const TangentRow& tangents, std::size_t count,
+                  CellMatrices& matrices) const;
 };
 
 /// All patterns that the levels of a body have, each once. Cells of the same pattern differ by their deformation alone.

@@ -1,14 +1,16 @@
 #include "solvers/multigrid/cell_rotations.hpp"
 
+#include "kernels/grid_arguments.hpp"
 #include "solvers/newton/preconditioner.hpp"
 
 #include <utility>
 
 namespace hybmss {
 
-CellRotations::CellRotations(const CellGradients& gradients) : gradients_(&gradients) {
+CellRotations::CellRotations(const CellGradients& gradients, const kernels::KernelTable<float>& table)
+    : gradients_(&gradients), table_(&table) {
     for (auto& entries : inverse_) {
-        entries.assign(gradients.grid().size() + kLanes, 0.0f);
+        entries.assign(gradients.grid().size() + kBeyond, 0.0f);
     }
 }
 
@@ -25,82 +27,43 @@ void CellRotations::invert(std::size_t cell, std::size_t count, const Lanes (&st
     }
 }
 
-// C^T r = sum over corners of s_a x (F^T r_a) = (T_y z - T_z y, ...),  T_e = F^T sum s_a[e] r_a
-//
 // A cell gives sx X + sy Y + sz Z to its corners. A node takes that of the two cells along x first, then of those along
 // y, then adds it to its plane and to the one above.
 void CellRotations::add_correction(const GridVector& r, GridVector& z, const Workers& workers) const {
     const PaddedGrid& grid = gradients_->grid();
     const auto [nx, ny, nz] = grid.cells;
     const auto nodes = static_cast<std::size_t>(nx + 1);
-    const std::size_t width = nodes + 1 + kLanes;
-    const auto turn_row = [&](std::size_t first, float* const(&of_cells)[9]) {
-        for (std::size_t i = 0; i < nodes + 1; i += kLanes) {
-            const std::size_t cell = first + i;
-            Lanes S[3][3]; // by corner sign, by component
-            for (std::size_t c = 0; c < 3; ++c) {
-                Lanes at[8];
-                for (std::size_t corner = 0; corner < 8; ++corner) {
-                    at[corner] = load_lanes_at(r.c[c].data() + cell + grid.corner_offset(corner));
-                }
-                const Lanes a = at[1] - at[0], b = at[3] - at[2], p = at[5] - at[4], q = at[7] - at[6];
-                const Lanes s = at[1] + at[0], t = at[3] + at[2], u = at[5] + at[4], v = at[7] + at[6];
-                S[0][c] = (a + b) + (p + q);
-                S[1][c] = (t - s) + (v - u);
-                S[2][c] = (u + v) - (s + t);
-            }
-            Lanes F[9], G[6];
+    const std::size_t width = nodes + 1 + kBeyond;
+    kernels::CellTurns<float> turns;
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        turns.corner[corner] = static_cast<std::ptrdiff_t>(grid.corner_offset(corner));
+    }
+    const auto turn = table_->turn_cells();
+    const auto add = table_->add_turned();
+    const auto layer = [&, ny = ny, nz = nz](int k, std::vector<float>& scratch) {
+        scratch.resize(18 * width);
+        float *before = scratch.data(), *now = before + 9 * width;
+        kernels::CellTurns<float> row = turns;
+        kernels::TurnedRows<float> rows;
+        for (int j = -1; j <= ny; ++j) {
+            const std::size_t first = grid.index(-1, j, k), node = first + 1;
             for (std::size_t e = 0; e < 9; ++e) {
-                F[e] = load_lanes_at(gradients_->entries()[e].data() + cell);
+                row.gradient[e] = gradients_->entries()[e].data() + first;
+                row.turned[e] = now + e * width;
+                rows.before[e] = before + e * width;
+                rows.now[e] = now + e * width;
             }
             for (std::size_t e = 0; e < 6; ++e) {
-                G[e] = load_lanes_at(inverse_[e].data() + cell);
+                row.inverse[e] = inverse_[e].data() + first;
             }
-            // T_e[c] = F[.][c] . S_e; only the six that the cross products need.
-            const auto t = [&](std::size_t e, std::size_t c) {
-                return F[c] * S[e][0] + F[3 + c] * S[e][1] + F[6 + c] * S[e][2];
-            };
-            const Lanes mx = t(1, 2) - t(2, 1), my = t(2, 0) - t(0, 2), mz = t(0, 1) - t(1, 0);
-            const Lanes wx = G[0] * mx + G[1] * my + G[2] * mz;
-            const Lanes wy = G[1] * mx + G[3] * my + G[4] * mz;
-            const Lanes wz = G[2] * mx + G[4] * my + G[5] * mz;
-            // F (w x e_x) = F (0, wz, -wy), and so on
             for (std::size_t c = 0; c < 3; ++c) {
-                store_lanes_at(F[3 * c + 1] * wz - F[3 * c + 2] * wy, of_cells[c] + i);
-                store_lanes_at(F[3 * c + 2] * wx - F[3 * c] * wz, of_cells[3 + c] + i);
-                store_lanes_at(F[3 * c] * wy - F[3 * c + 1] * wx, of_cells[6 + c] + i);
+                row.residual[c] = r.c[c].data() + first;
+                rows.below[c] = k >= 0 ? z.c[c].data() + node : nullptr;
+                rows.above[c] = k < nz ? z.c[c].data() + node + grid.plane() : nullptr;
             }
-        }
-    };
-    const auto layer = [&, ny = ny, nz = nz](int k, std::vector<float>& scratch) {
-        scratch.resize(27 * width);
-        float *of_cells[9], *before[9], *now[9];
-        for (std::size_t e = 0; e < 9; ++e) {
-            of_cells[e] = scratch.data() + e * width;
-            before[e] = of_cells[e] + 9 * width;
-            now[e] = of_cells[e] + 18 * width;
-        }
-        for (int j = -1; j <= ny; ++j) {
-            turn_row(grid.index(-1, j, k), of_cells);
-            for (std::size_t c = 0; c < 3; ++c) {
-                const float *X = of_cells[c], *Y = of_cells[3 + c], *Z = of_cells[6 + c];
-                for (std::size_t i = 0; i < nodes; ++i) {
-                    now[c][i] = X[i] - X[i + 1];
-                    now[3 + c][i] = Y[i] + Y[i + 1];
-                    now[6 + c][i] = Z[i] + Z[i + 1];
-                }
-                if (j >= 0) {
-                    const std::size_t node = grid.index(0, j, k);
-                    float* below = k >= 0 ? z.c[c].data() + node : nullptr;
-                    float* above = k < nz ? z.c[c].data() + node + grid.plane() : nullptr;
-                    const float *p = before[c], *q = before[3 + c], *w = before[6 + c];
-                    for (std::size_t i = 0; below && i < nodes; ++i) {
-                        below[i] += (p[i] + now[c][i]) + (q[i] - now[3 + c][i]) - (w[i] + now[6 + c][i]);
-                    }
-                    for (std::size_t i = 0; above && i < nodes; ++i) {
-                        above[i] += (p[i] + now[c][i]) + (q[i] - now[3 + c][i]) + (w[i] + now[6 + c][i]);
-                    }
-                }
+            turn(row, 0, static_cast<kernels::Range>(nodes + 1));
+            if (j >= 0) {
+                add(rows, static_cast<kernels::Range>(nodes));
             }
             std::swap(before, now);
         }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "kernels/kernel_table.hpp"
 #include "plan/threads/workers.hpp"
 #include "solvers/multigrid/cell_gradients.hpp"
 #include "solvers/multigrid/lanes.hpp"
@@ -32,7 +33,7 @@ void for_each_lanes(const PaddedGrid& grid, int k, const Visit& visit) {
 class CellRotations {
 public:
     /// About these gradients, spread() to void cells, which are kept by reference.
-    explicit CellRotations(const CellGradients& gradients);
+    CellRotations(const CellGradients& gradients, const kernels::KernelTable<float>& table);
 
     /// Takes what turning the cells costs, `count` of them from a place on: xx, xy, xz, yy, yz, zz. Directions below
     /// `smallest` of the stiffest are left alone.
@@ -43,6 +44,7 @@ public:
 
 private:
     const CellGradients* gradients_;
+    const kernels::KernelTable<float>* table_;
     std::array<std::vector<float>, 6> inverse_;
 };
 

@@ -2,6 +2,7 @@
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
+#include "kernels/grid_arguments.hpp"
 #include "solvers/multigrid/lanes.hpp"
 
 #include <array>
@@ -20,7 +21,7 @@ struct CellMatrixOf {
 using CellMatrix = CellMatrixOf<float>;
 
 /// The springs of a cell lie along 13 directions, each an edge, or a diagonal of faces or of the cube.
-inline constexpr std::size_t kSpringDirections = 13;
+inline constexpr std::size_t kSpringDirections = kernels::kSpringDirections;
 /// That of the spring between two corners, either way round.
 std::size_t spring_direction(std::size_t a, std::size_t b);
 /// Its components, each -1, 0 or 1.

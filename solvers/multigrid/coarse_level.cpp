@@ -1,5 +1,6 @@
 #include "solvers/multigrid/coarse_level.hpp"
 
+#include "kernels/grid_arguments.hpp"
 #include "solvers/newton/preconditioner.hpp"
 
 #include <Eigen/Dense>
@@ -18,30 +19,39 @@ std::size_t neighbour(std::size_t a, std::size_t b) {
     return step(0) + 3 * (step(1) + 3 * step(2));
 }
 
+constexpr std::size_t kStencilEntries = 14 * 9;
+/// An odd number of cache lines: entries of a node then fall into sets of the first cache of their own.
+std::size_t stencil_stride(const PaddedGrid& grid) {
+    const std::size_t stride = padded(grid.size() + kPadding);
+    return stride / kPadding % 2 == 1 ? stride : stride + kPadding;
+}
+
 float sign(std::size_t corner, std::size_t axis) {
     return corner >> axis & 1 ? 1.0f : -1.0f;
 }
 
 } // namespace
 
-CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Workers& workers)
-    : right_side(grid), solution(grid), rest(grid), grid_(grid), workers_(&workers),
-      stencil_(9 * 14 * grid.size() + kLanes),
+CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Body<float>& body)
+    : right_side(grid), solution(grid), rest(grid), grid_(grid), workers_(&body.workers()),
+      table_(&body.kernel_table()), stride_(stencil_stride(grid)), first_(grid.index(0, 0, 0)),
+      stencil_(kStencilEntries * stride_ + 2 * kPadding),
       gradients_(grid), vectors_{GridVector(grid), GridVector(grid), GridVector(grid)} {
-    for (auto& entries : inverse_) {
-        entries.assign(grid.size(), 0.0f);
+    for (auto& values : inverse_) {
+        values.assign(grid.size() + kBeyond, 0.0f);
     }
     if (rotations) {
-        rotations_.emplace(gradients_);
+        rotations_.emplace(gradients_, *table_);
     }
 }
 
 void CoarseLevel::add(std::size_t low, const CellMatrices& matrices, std::size_t count) {
-    const std::size_t size = grid_.size();
-    const auto add_block = [&](std::size_t a, std::size_t b, std::size_t e, const Lanes& entry) {
-        float* to = stencil_.data() + (9 * (neighbour(a, b) - kSelf) + e) * size + low + grid_.corner_offset(a);
-        if (count == kLanes) {
-            store_lanes_at(load_lanes_at(to) + entry, to);
+    const auto add_block = [&](std::size_t a, std::size_t b, std::size_t e, const float* entry) {
+        float* to = entries(9 * (neighbour(a, b) - kSelf) + e) + low + grid_.corner_offset(a);
+        if (count == kCellsTogether) {
+            for (std::size_t lane = 0; lane < kCellsTogether; ++lane) {
+                to[lane] += entry[lane];
+            }
         } else {
             for (std::size_t lane = 0; lane < count; ++lane) {
                 to[lane] += entry[lane];
@@ -61,12 +71,11 @@ void CoarseLevel::add(std::size_t low, const CellMatrices& matrices, std::size_t
 }
 
 void CoarseLevel::invert() {
-    const std::size_t size = grid_.size();
     run(static_cast<std::size_t>(grid_.cells[2] + 1), [&](std::size_t k) {
         const int z = static_cast<int>(k);
         for_each_place({0, 0, z}, {grid_.cells[0], grid_.cells[1], z}, [&](int i, int j, int) {
             const std::size_t node = grid_.index(i, j, z);
-            const auto entry = [&](std::size_t e) { return static_cast<double>(stencil_[e * size + node]); };
+            const auto entry = [&](std::size_t e) { return static_cast<double>(entries(e)[node]); };
             const auto inverse =
                 bounded_inverse({entry(0), entry(1), entry(2), entry(4), entry(5), entry(8)}, 0, 1e-5, 0);
             for (std::size_t e = 0; e < 6; ++e) {
@@ -82,7 +91,6 @@ void CoarseLevel::invert() {
 
 // C^T K C = sum over corners a, b of [s_a]^T F^T K_ab F [s_b],  [s] w = w x s
 void CoarseLevel::invert_rotations() {
-    const std::size_t size = grid_.size();
     run(static_cast<std::size_t>(grid_.cells[2] + 2), [&](std::size_t layer) {
         const int k = static_cast<int>(layer) - 1;
         for_each_lanes(grid_, k, [&](std::size_t cell, std::size_t count) {
@@ -106,11 +114,10 @@ void CoarseLevel::invert_rotations() {
                 Lanes force[9] = {};
                 for (std::size_t b = 0; b < 8; ++b) {
                     const std::size_t way = neighbour(a, b);
-                    const float* from =
-                        stencil_.data() + (way >= kSelf ? 9 * (way - kSelf) * size + node
-                                                        : 9 * (kSelf - way) * size + cell + grid_.corner_offset(b));
+                    const float* from = way >= kSelf ? entries(9 * (way - kSelf)) + node
+                                                     : entries(9 * (kSelf - way)) + cell + grid_.corner_offset(b);
                     for (std::size_t e = 0; e < 9; ++e) {
-                        const Lanes entry = load_lanes_at(from + e * size);
+                        const Lanes entry = load_lanes_at(from + e * stride_);
                         const std::size_t to = way >= kSelf ? e / 3 : e % 3, of = way >= kSelf ? e % 3 : e / 3;
                         for (std::size_t turn = 0; turn < 3; ++turn) {
                             force[3 * to + turn] += entry * turns[b][3 * of + turn];
@@ -131,52 +138,51 @@ void CoarseLevel::invert_rotations() {
     });
 }
 
+void CoarseLevel::apply_stencil(const GridVector& p, const GridVector* from, GridVector& out) const {
+    kernels::GridStencil<float> stencil;
+    stencil.entries = entries(0);
+    stencil.stride = static_cast<std::ptrdiff_t>(stride_);
+    for (std::size_t way = 0; way < 13; ++way) {
+        const std::size_t s = way + kSelf + 1;
+        stencil.ahead[way] = static_cast<std::ptrdiff_t>(s % 3 + grid_.row() * (s / 3 % 3) + grid_.plane() * (s / 9)) -
+                             static_cast<std::ptrdiff_t>(1 + grid_.row() + grid_.plane());
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        stencil.in[c] = p.c[c].data();
+        stencil.from[c] = from ? from->c[c].data() : nullptr;
+        stencil.out[c] = out.c[c].data();
+    }
+    const auto kernel = table_->grid_stencil(from != nullptr);
+    // Nodes of the border between them too: corrections by rotations reach them, and would see there what came before.
+    for_each_piece(first_, grid_.index(grid_.cells[0], grid_.cells[1], grid_.cells[2]) + 1,
+                   [&](kernels::Range begin, kernels::Range end) { kernel(stencil, begin, end); });
+}
+
 void CoarseLevel::multiply(const GridVector& p, GridVector& out) {
-    const std::size_t size = grid_.size();
-    const auto planes = static_cast<std::size_t>(grid_.cells[2] + 3);
-    run(planes, [&](std::size_t k) {
-        // Nodes of the border too: corrections by rotations reach them, and would see there what came before.
-        for (auto& array : out.c) {
-            std::fill_n(array.data() + k * grid_.plane(), grid_.plane(), 0.0f);
-        }
-        if (k == 0 || k + 1 == planes) {
-            return;
-        }
-        const int z = static_cast<int>(k) - 1;
-        const std::size_t first = grid_.index(0, 0, z);
-        const std::size_t length = grid_.index(grid_.cells[0], grid_.cells[1], z) - first + 1;
-        float* to[3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            to[c] = out.c[c].data() + first;
-        }
-        for (std::size_t s = 0; s < 27; ++s) {
-            const std::size_t at =
-                first + (s % 3) + grid_.row() * (s / 3 % 3) + grid_.plane() * (s / 9) - 1 - grid_.row() - grid_.plane();
-            const float *x = p.c[0].data() + at, *y = p.c[1].data() + at, *w = p.c[2].data() + at;
-            for (std::size_t c = 0; c < 3; ++c) {
-                // What a neighbour that comes before does to this node is what this one does to it, transposed.
-                const bool after = s >= kSelf;
-                const float* k0 = stencil_.data() + (after ? 9 * (s - kSelf) + 3 * c : 9 * (kSelf - s) + c) * size +
-                                  (after ? first : at);
-                const float *k1 = k0 + (after ? 1 : 3) * size, *k2 = k1 + (after ? 1 : 3) * size;
-                float* sum = to[c];
-                for (std::size_t n = 0; n < length; ++n) {
-                    sum[n] += k0[n] * x[n] + k1[n] * y[n] + k2[n] * w[n];
-                }
-            }
-        }
-    });
+    apply_stencil(p, nullptr, out);
+}
+
+void CoarseLevel::pass_blocks(kernels::BlockUse use, const GridVector& from, double keep, double add, GridVector& r,
+                              GridVector& d, GridVector& x) const {
+    kernels::NodeBlocks<float> nodes{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        nodes.inverse[e] = inverse_[e].data();
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.from[c] = from.c[c].data();
+        nodes.product[c] = vectors_.scratch.c[c].data();
+        nodes.rest[c] = r.c[c].data();
+        nodes.direction[c] = d.c[c].data();
+        nodes.solution[c] = x.c[c].data();
+    }
+    nodes.keep = static_cast<float>(keep);
+    nodes.add = static_cast<float>(add);
+    const auto kernel = table_->node_blocks(use, false);
+    for_each_piece(0, grid_.size(), [&](kernels::Range begin, kernels::Range end) { kernel(nodes, begin, end); });
 }
 
 void CoarseLevel::precondition(const GridVector& r, GridVector& z) {
-    run(static_cast<std::size_t>(grid_.cells[2] + 3), [&](std::size_t k) {
-        for (std::size_t n = k * grid_.plane(); n < (k + 1) * grid_.plane(); ++n) {
-            const float x = r.c[0][n], y = r.c[1][n], w = r.c[2][n];
-            z.c[0][n] = inverse_[0][n] * x + inverse_[1][n] * y + inverse_[2][n] * w;
-            z.c[1][n] = inverse_[1][n] * x + inverse_[3][n] * y + inverse_[4][n] * w;
-            z.c[2][n] = inverse_[2][n] * x + inverse_[4][n] * y + inverse_[5][n] * w;
-        }
-    });
+    pass_blocks(kernels::BlockUse::multiply, r, 0, 0, z, z, z);
     if (rotations_) {
         rotations_->add_correction(r, z, *workers_);
     }
@@ -185,28 +191,37 @@ void CoarseLevel::precondition(const GridVector& r, GridVector& z) {
 void CoarseLevel::correct(const GridVector& from, const GridVector* product, double keep, double add,
                           ChebyshevVectors<GridVector>& vectors, GridVector& x) {
     auto& [r, d, z] = vectors;
-    const auto k = static_cast<float>(keep), a = static_cast<float>(add);
-    if (product) {
-        for_each([](const float& b, const float& p, float& left) { left = b - p; }, from, *product, r);
-    } else {
-        for_each([](const float& b, float& left) { left = b; }, from, r);
+    if (!rotations_) {
+        const auto use = !product    ? kernels::BlockUse::first
+                         : keep == 0 ? kernels::BlockUse::restart
+                                     : kernels::BlockUse::next;
+        pass_blocks(use, from, keep, add, r, d, x);
+        return;
     }
+    const auto pass = [&](const auto& map) {
+        for_each_piece(0, grid_.size(), [&](kernels::Range begin, kernels::Range end) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                map(c, begin, end);
+            }
+        });
+    };
+    pass([&, &left = r](std::size_t c, kernels::Range begin, kernels::Range end) {
+        const float *b = from.c[c].data(), *p = product ? product->c[c].data() : nullptr;
+        float* to = left.c[c].data();
+        for (kernels::Range n = begin; n < end; ++n) {
+            to[n] = p ? b[n] - p[n] : b[n];
+        }
+    });
     precondition(r, z);
-    if (product && keep != 0) {
-        for_each(
-            [k, a](const float& by, float& step, float& to) {
-                step = k * step + a * by;
-                to += step;
-            },
-            z, d, x);
-    } else {
-        for_each(
-            [a, first = product == nullptr](const float& by, float& step, float& to) {
-                step = a * by;
-                to = first ? step : to + step;
-            },
-            z, d, x);
-    }
+    pass([&, k = static_cast<float>(keep), a = static_cast<float>(add), &steps = d,
+          &by = z](std::size_t c, kernels::Range begin, kernels::Range end) {
+        const float* z_of = by.c[c].data();
+        float *step = steps.c[c].data(), *to = x.c[c].data();
+        for (kernels::Range n = begin; n < end; ++n) {
+            step[n] = k == 0 ? a * z_of[n] : k * step[n] + a * z_of[n];
+            to[n] = product ? to[n] + step[n] : step[n];
+        }
+    });
 }
 
 void CoarseLevel::estimate_spectrum() {
@@ -236,7 +251,11 @@ void CoarseLevel::estimate_spectrum() {
         const double after = norm(x);
         size = after / before;
         const auto scale = static_cast<float>(after > 0 ? 1 / after : 0);
-        for_each([scale](float& value) { value *= scale; }, x);
+        for (auto& array : x.c) {
+            for (float& value : array) {
+                value *= scale;
+            }
+        }
         before = after > 0 ? 1 : 0;
     }
     highest_ = size > 0 ? 1.3 * size : 1;
@@ -247,8 +266,7 @@ void CoarseLevel::smooth(bool from_zero, const GridVector& b, GridVector& x, int
 }
 
 void CoarseLevel::residual(const GridVector& b, const GridVector& x, GridVector& r) {
-    multiply(x, r);
-    for_each([](const float& from, float& to) { to = from - to; }, b, r);
+    apply_stencil(x, &b, r);
 }
 
 struct DirectLevel::Factors {

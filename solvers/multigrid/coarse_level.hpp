@@ -4,17 +4,20 @@
 #include "solvers/multigrid/cell_rotations.hpp"
 #include "solvers/multigrid/chebyshev.hpp"
 
+#include "plan/bodies/body.hpp"
+
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace hybmss {
 
 /// One level of coarse cells: its matrix as 14 blocks a node, and its smoother.
 class CoarseLevel {
 public:
-    /// `rotations`: smooth over the cells' rotations too.
-    CoarseLevel(const PaddedGrid& grid, bool rotations, const Workers& workers);
+    /// `rotations`: smooth over the cells' rotations too. With the workers and the kernels of `body`.
+    CoarseLevel(const PaddedGrid& grid, bool rotations, const Body<float>& body);
 
     const PaddedGrid& grid() const { return grid_; }
     /// Of the level's cells; where the rotations are smoothed, to be set before assemble().
@@ -23,7 +26,7 @@ public:
     /// `count` neighbours from (i, j) along x at a time. Layers are asked for side by side.
     template <class Layer>
     void assemble(const Layer& layer) {
-        std::fill(stencil_.begin(), stencil_.end(), 0.0f);
+        std::fill_n(stencil_.data(), stencil_.size(), 0.0f);
         const auto layers = static_cast<std::size_t>(grid_.cells[2]);
         // A layer of cells adds to two planes of nodes: every other layer at a time.
         for (std::size_t parity = 0; parity < 2; ++parity) {
@@ -48,17 +51,6 @@ public:
     void multiply(const GridVector& p, GridVector& out);
     void correct(const GridVector& from, const GridVector* product, double keep, double add,
                  ChebyshevVectors<GridVector>& vectors, GridVector& x);
-    template <class Map, class... Vectors>
-    void for_each(const Map& map, Vectors&... vectors) const {
-        const auto planes = static_cast<std::size_t>(grid_.cells[2] + 3);
-        run(planes, [&](std::size_t k) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                for (std::size_t n = k * grid_.plane(); n < (k + 1) * grid_.plane(); ++n) {
-                    map(vectors.c[c][n]...);
-                }
-            }
-        });
-    }
 
     GridVector right_side, solution, rest; ///< what the cycle keeps at this level
 
@@ -76,12 +68,32 @@ private:
     void add(std::size_t low, const CellMatrices& matrices, std::size_t count);
     void invert();
     void invert_rotations();
+    /// visit(begin, end) of pieces of all nodes, or of those that are no padding but between them; whole vectors.
+    template <class Visit>
+    void for_each_piece(std::size_t begin, std::size_t end, const Visit& visit) const {
+        constexpr std::size_t kPiece = 2048;
+        run((end - begin + kPiece - 1) / kPiece, [&](std::size_t piece) {
+            const std::size_t from = begin + piece * kPiece;
+            visit(static_cast<kernels::Range>(from), static_cast<kernels::Range>(std::min(from + kPiece, end)));
+        });
+    }
+    /// By node. That of the first node is aligned.
+    const float* entries(std::size_t entry) const {
+        return stencil_.data() + padded(first_) - first_ + entry * stride_;
+    }
+    float* entries(std::size_t entry) { return const_cast<float*>(std::as_const(*this).entries(entry)); }
+    /// out = K p, or from - K p where that is not null.
+    void apply_stencil(const GridVector& p, const GridVector* from, GridVector& out) const;
+    void pass_blocks(kernels::BlockUse use, const GridVector& from, double keep, double add, GridVector& r,
+                     GridVector& d, GridVector& x) const;
     void precondition(const GridVector& r, GridVector& z);
 
     PaddedGrid grid_;
     const Workers* workers_;
+    const kernels::KernelTable<float>* table_;
+    std::size_t stride_, first_; ///< from one entry of the stencil to the next; the first node
     /// Entry (itself and 13 neighbours that come after, 9 entries, nodes); those before see the node as it sees them.
-    std::vector<float> stencil_;
+    AlignedArray<float> stencil_;
     std::array<std::vector<float>, 6> inverse_;
     CellGradients gradients_;
     std::optional<CellRotations> rotations_;

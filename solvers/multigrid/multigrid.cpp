@@ -28,6 +28,14 @@ struct Multigrid::FineLevel {
           guess(vectors.make()), chebyshev{vectors.make(), vectors.make(), vectors.make()} {}
 
     void multiply(const NodeVector<float>& p, NodeVector<float>& out) {
+        if (multigrid->rotations_) {
+            multiply_free(p, out);
+        } else {
+            potential->multiply_body(p, out, Curvature::convex);
+        }
+    }
+    /// With the pull, and zero on held components.
+    void multiply_free(const NodeVector<float>& p, NodeVector<float>& out) {
         potential->multiply(p, out, Curvature::convex);
     }
     void precondition(const NodeVector<float>& r, NodeVector<float>& z) {
@@ -43,7 +51,7 @@ struct Multigrid::FineLevel {
                  ChebyshevVectors<NodeVector<float>>& vectors, NodeVector<float>& x) {
         auto& [r, d, z] = vectors;
         if (!multigrid->rotations_) {
-            multigrid->blocks_.correct(from, product, keep, add, r, d, x);
+            multigrid->blocks_.correct(from, product, keep, add, r, d, x); // which adds the pull, and masks
             return;
         }
         if (product) {
@@ -78,7 +86,7 @@ struct Multigrid::FineLevel {
         space->for_each([](const float& free, float& x) { x *= free; }, potential->free(), guess);
         double before = std::sqrt(space->dot(guess, guess)), size = 1;
         for (int i = 0; i < iterations && before > 0; ++i) {
-            multiply(guess, residual);
+            multiply_free(guess, residual);
             precondition(residual, guess);
             const double after = std::sqrt(space->dot(guess, guess));
             size = after / before;
@@ -103,8 +111,8 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
       scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), tissues_(scales_.size()),
       fills_(lattice.fills().begin(), lattice.fills().end()), node_at_(grid_.size(), kNoNode),
       touching_(body.node_count(), 0.0f), patterns_(stiffness_.on_means()), gradients_(grid_), grid_in_(grid_),
-      grid_out_(grid_), degree_(smoother_degree(volume_to_shear(lattice, material))),
-      low_part_((volume_to_shear(lattice, material) > kStiffVolume ? 0.5 : 1.0) / (degree_ * degree_)) {
+      grid_out_(grid_), most_terms_(smoother_degree(volume_to_shear(lattice, material))),
+      stiff_volume_(volume_to_shear(lattice, material) > kStiffVolume) {
     for (float& scale : scales_) {
         scale *= static_cast<float>(unit_);
     }
@@ -133,14 +141,14 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
     });
     const bool stiff = volume_to_shear(lattice, material) > kStiffRotations;
     if (stiff) {
-        rotations_.emplace(gradients_);
+        rotations_.emplace(gradients_, body.kernel_table());
         find_rest_rotations();
     }
     find_runs();
     cells_.emplace_back(gradients_);
     PaddedGrid coarse = coarsened(grid_);
     for (; coarse.node_count() > kDirectNodes; coarse = coarsened(coarse)) {
-        levels_.push_back(std::make_unique<CoarseLevel>(coarse, stiff, *workers_));
+        levels_.push_back(std::make_unique<CoarseLevel>(coarse, stiff, body));
         cells_.emplace_back(levels_.back()->gradients());
     }
     direct_ = std::make_unique<DirectLevel>(coarse);
@@ -153,6 +161,9 @@ void Multigrid::update(const Potential<float>& potential) {
         fine_ = std::make_unique<FineLevel>(*this, potential.space());
     }
     fine_->potential = &potential;
+    // In a step of time masses hold the nodes besides: a term less takes less time.
+    degree_ = potential.pull_weight() ? most_terms_ - 1 : most_terms_;
+    low_part_ = (stiff_volume_ ? 0.5 : 1.0) / (degree_ * degree_);
     blocks_.update(potential);
     const auto& held = potential.held();
     if (!std::equal(held_.begin(), held_.end(), held.begin(), held.end())) {
@@ -266,7 +277,7 @@ void Multigrid::cycle(std::size_t l) {
 void Multigrid::apply(const NodeVector<float>& r, NodeVector<float>& z) {
     const ChebyshevInterval interval = {degree_, low_part_ * fine_->highest, fine_->highest};
     chebyshev(*fine_, interval, true, r, z, fine_->chebyshev);
-    fine_->multiply(z, fine_->residual);
+    fine_->multiply_free(z, fine_->residual);
     fine_->space->for_each([](const float& from, float& to) { to = from - to; }, r, fine_->residual);
     gather(fine_->residual.field, grid_in_);
     const PaddedGrid& coarse = levels_.empty() ? direct_->grid() : levels_[0]->grid();

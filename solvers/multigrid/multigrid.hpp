@@ -102,8 +102,10 @@ private:
     BlockJacobi<float> blocks_{Curvature::convex};
     std::unique_ptr<FineLevel> fine_;
     GridVector grid_in_, grid_out_;
-    int degree_;
-    double low_part_;
+    const int most_terms_;
+    const bool stiff_volume_;
+    int degree_ = 0;
+    double low_part_ = 1;
 };
 
 } // namespace hybmss

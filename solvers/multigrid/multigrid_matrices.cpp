@@ -132,7 +132,9 @@ void Multigrid::add_layer(std::size_t level, int k, const Potential<float>& pote
     // The same for every cell of a tissue at every corner: masses follow the cells' number. (Cells that are cut are
     // seldom all alike where they are merged; those that are count as whole.)
     const float pull = pulls.empty() ? 0.0f : static_cast<float>(pulls[0]) / touching_[0];
+    const kernels::KernelTable<float>& table = body_->kernel_table();
     CellTangents tangents;
+    TangentRow together{};
     CellMatrices matrices;
     CellMatrix one;
     for (std::size_t j = 0; j < rows; ++j) {
@@ -149,24 +151,29 @@ void Multigrid::add_layer(std::size_t level, int k, const Potential<float>& pote
                 merge(level, x, y, k, potential, one);
                 for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
                     for (std::size_t e = 0; e < 9; ++e) {
-                        matrices.block[pair][e] = in_every_lane(one.block[a][b][e]);
+                        matrices.block[pair][e][0] = one.block[a][b][e];
                     }
                 });
             } else {
-                while (count < kLanes && i + count < row && cells.pattern[first + i + count] == pattern) {
+                while (count < kCellsTogether && i + count < row && cells.pattern[first + i + count] == pattern) {
                     ++count;
                 }
-                Lanes gradient[9];
-                for (std::size_t e = 0; e < 9; ++e) {
-                    gradient[e] = load_lanes_at(cells.gradients->entries()[e].data() + grid.index(x, y, k));
+                // Lanes behind the last are of cells that nobody takes.
+                for (std::size_t few = 0; few < count; few += kLanes) {
+                    const std::size_t cell = first + i + few;
+                    Lanes gradient[9];
+                    for (std::size_t e = 0; e < 9; ++e) {
+                        gradient[e] = load_lanes_at(cells.gradients->entries()[e].data() + grid.index(x, y, k) + few);
+                    }
+                    const std::uint8_t* tissue = cells.tissue.data() + cell;
+                    Lanes pull_of_cells;
+                    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                        pull_of_cells[lane] = pull * stiffness_.density(tissue[lane]);
+                    }
+                    stiffness_.evaluate(gradient, load_lanes_at(cells.scale.data() + cell), tissue, tangents);
+                    together.set(few, tangents, pull_of_cells);
                 }
-                const std::uint8_t* tissue = cells.tissue.data() + first + i;
-                Lanes pull_of_cells;
-                for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                    pull_of_cells[lane] = pull * stiffness_.density(tissue[lane]);
-                }
-                stiffness_.evaluate(gradient, load_lanes_at(cells.scale.data() + first + i), tissue, tangents);
-                patterns_[pattern].evaluate(tangents, pull_of_cells, matrices);
+                patterns_[pattern].evaluate(table, together, count, matrices);
             }
             for (std::size_t lane = 0; lane < count; ++lane) {
                 if (const std::int32_t kept = cells.kept[first + i + lane]; kept >= 0) {

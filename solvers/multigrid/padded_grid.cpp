@@ -1,15 +1,52 @@
 #include "solvers/multigrid/padded_grid.hpp"
 
+#include <algorithm>
+
 namespace hybmss {
 namespace {
 
-/// Where a fine node lies between coarse ones: index of the first, and whether half-way to the next.
-struct Between {
-    int low;
-    bool half;
-};
-Between between(int fine, bool merged) {
-    return merged ? Between{fine / 2, fine % 2 == 1} : Between{fine, false};
+/// to += weight from
+void add_row(float weight, const float* from, float* to, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+        to[i] += weight * from[i];
+    }
+}
+
+/// What the coarse place `at` along an axis collects of `count` fine rows of `length`, `distance` apart:
+/// to = row 2 at + (row 2 at - 1 + row 2 at + 1) / 2 where the axis is merged, else row `at`.
+void collect_rows(bool merged, int at, int count, const float* rows, std::size_t distance, float* to,
+                  std::size_t length) {
+    std::fill_n(to, length, 0.0f);
+    const int center = merged ? 2 * at : at;
+    for (int row = std::max(center - (merged ? 1 : 0), 0); row <= std::min(center + (merged ? 1 : 0), count - 1);
+         ++row) {
+        add_row(row == center ? 1.0f : 0.5f, rows + static_cast<std::size_t>(row) * distance, to, length);
+    }
+}
+
+/// What the fine place `at` along an axis is between coarse rows.
+void interpolate_rows(bool merged, int at, const float* rows, std::size_t distance, float* to, std::size_t length) {
+    const float* low = rows + static_cast<std::size_t>(merged ? at / 2 : at) * distance;
+    if (merged && at % 2 == 1) {
+        for (std::size_t i = 0; i < length; ++i) {
+            to[i] = 0.5f * (low[i] + low[distance + i]);
+        }
+    } else {
+        std::copy_n(low, length, to);
+    }
+}
+
+/// Of every thread, `size` values.
+float* scratch(std::size_t size) {
+    thread_local std::vector<float> values;
+    if (values.size() < size) {
+        values.resize(size);
+    }
+    return values.data();
+}
+
+std::array<bool, 3> merged_axes(const PaddedGrid& fine, const PaddedGrid& coarse) {
+    return {fine.cells[0] != coarse.cells[0], fine.cells[1] != coarse.cells[1], fine.cells[2] != coarse.cells[2]};
 }
 
 } // namespace
@@ -22,75 +59,66 @@ PaddedGrid coarsened(const PaddedGrid& fine) {
     return coarse;
 }
 
+// One axis after the other: planes, then rows, then along them.
 void restrict_to(const PaddedGrid& fine_grid, const GridVector& fine, const PaddedGrid& coarse_grid, GridVector& coarse,
                  const Workers& workers) {
-    bool merged[3];
-    for (std::size_t c = 0; c < 3; ++c) {
-        merged[c] = coarse_grid.cells[c] != fine_grid.cells[c];
-    }
-    // Every coarse node collects from the fine ones around it; those that do not exist are padding, or outside.
-    workers.run(static_cast<std::size_t>(coarse_grid.cells[2] + 1), [&](std::size_t plane, std::size_t) {
-        const int k = static_cast<int>(plane);
-        for_each_place({0, 0, k}, {coarse_grid.cells[0], coarse_grid.cells[1], k}, [&](int i, int j, int) {
-            const int at[3] = {i, j, k};
-            int center[3], reach[3];
-            for (std::size_t c = 0; c < 3; ++c) {
-                center[c] = merged[c] ? 2 * at[c] : at[c];
-                reach[c] = merged[c] ? 1 : 0;
-            }
-            float sum[3] = {};
-            for (int z = -reach[2]; z <= reach[2]; ++z) {
-                for (int y = -reach[1]; y <= reach[1]; ++y) {
-                    for (int x = -reach[0]; x <= reach[0]; ++x) {
-                        const int f[3] = {center[0] + x, center[1] + y, center[2] + z};
-                        if (f[0] > fine_grid.cells[0] || f[1] > fine_grid.cells[1] || f[2] > fine_grid.cells[2] ||
-                            f[0] < 0 || f[1] < 0 || f[2] < 0) {
-                            continue;
-                        }
-                        const std::size_t n = fine_grid.index(f[0], f[1], f[2]);
-                        const float weight = (x ? 0.5f : 1.0f) * (y ? 0.5f : 1.0f) * (z ? 0.5f : 1.0f);
-                        for (std::size_t c = 0; c < 3; ++c) {
-                            sum[c] += weight * fine.c[c][n];
-                        }
-                    }
+    const std::array<bool, 3> merged = merged_axes(fine_grid, coarse_grid);
+    const int nx = fine_grid.cells[0] + 1, ny = fine_grid.cells[1] + 1, nz = fine_grid.cells[2] + 1;
+    const std::size_t row = fine_grid.row(), length = row * static_cast<std::size_t>(ny);
+    workers.run(static_cast<std::size_t>(coarse_grid.cells[2] + 1), [&](std::size_t piece, std::size_t) {
+        const int k = static_cast<int>(piece);
+        float* const plane = scratch(length + row + 2);
+        float* const line = plane + length;
+        line[0] = 0; // before the first node
+        for (std::size_t c = 0; c < 3; ++c) {
+            collect_rows(merged[2], k, nz, fine.c[c].data() + fine_grid.index(0, 0, 0), fine_grid.plane(), plane,
+                         length);
+            for (int j = 0; j <= coarse_grid.cells[1]; ++j) {
+                float* const along = line + 1;
+                collect_rows(merged[1], j, ny, plane, row, along, static_cast<std::size_t>(nx));
+                float* const to = coarse.c[c].data() + coarse_grid.index(0, j, k);
+                if (!merged[0]) {
+                    std::copy_n(along, nx, to);
+                    continue;
+                }
+                along[nx] = along[nx + 1] = 0; // behind the last
+                for (int i = 0; i <= coarse_grid.cells[0]; ++i) {
+                    to[i] = along[2 * i] + 0.5f * (along[2 * i - 1] + along[2 * i + 1]);
                 }
             }
-            const std::size_t n = coarse_grid.index(i, j, k);
-            for (std::size_t c = 0; c < 3; ++c) {
-                coarse.c[c][n] = sum[c];
-            }
-        });
+        }
     });
 }
 
 void add_prolonged(const PaddedGrid& coarse_grid, const GridVector& coarse, const PaddedGrid& fine_grid,
                    GridVector& fine, const Workers& workers) {
-    bool merged[3];
-    for (std::size_t c = 0; c < 3; ++c) {
-        merged[c] = coarse_grid.cells[c] != fine_grid.cells[c];
-    }
-    workers.run(static_cast<std::size_t>(fine_grid.cells[2] + 1), [&](std::size_t plane, std::size_t) {
-        const int k = static_cast<int>(plane);
-        const Between z = between(k, merged[2]);
-        for_each_place({0, 0, k}, {fine_grid.cells[0], fine_grid.cells[1], k}, [&](int i, int j, int) {
-            const Between x = between(i, merged[0]), y = between(j, merged[1]);
-            const std::size_t low = coarse_grid.index(x.low, y.low, z.low), n = fine_grid.index(i, j, k);
-            const float weight = (x.half ? 0.5f : 1.0f) * (y.half ? 0.5f : 1.0f) * (z.half ? 0.5f : 1.0f);
-            float sum[3] = {};
-            for (std::size_t dz = 0; dz <= (z.half ? 1u : 0u); ++dz) {
-                for (std::size_t dy = 0; dy <= (y.half ? 1u : 0u); ++dy) {
-                    for (std::size_t dx = 0; dx <= (x.half ? 1u : 0u); ++dx) {
-                        const std::size_t at = low + dx + dy * coarse_grid.row() + dz * coarse_grid.plane();
-                        for (std::size_t c = 0; c < 3; ++c) {
-                            sum[c] += coarse.c[c][at];
-                        }
-                    }
+    const std::array<bool, 3> merged = merged_axes(fine_grid, coarse_grid);
+    const int nx = fine_grid.cells[0] + 1;
+    const std::size_t row = coarse_grid.row(), length = row * static_cast<std::size_t>(coarse_grid.cells[1] + 1);
+    const auto nodes = static_cast<std::size_t>(coarse_grid.cells[0] + 1);
+    workers.run(static_cast<std::size_t>(fine_grid.cells[2] + 1), [&](std::size_t piece, std::size_t) {
+        const int k = static_cast<int>(piece);
+        float* const plane = scratch(length + row);
+        float* const along = plane + length;
+        for (std::size_t c = 0; c < 3; ++c) {
+            interpolate_rows(merged[2], k, coarse.c[c].data() + coarse_grid.index(0, 0, 0), coarse_grid.plane(), plane,
+                             length);
+            for (int j = 0; j <= fine_grid.cells[1]; ++j) {
+                interpolate_rows(merged[1], j, plane, row, along, nodes);
+                float* const to = fine.c[c].data() + fine_grid.index(0, j, k);
+                if (!merged[0]) {
+                    add_row(1, along, to, nodes);
+                    continue;
+                }
+                for (int i = 0; i < nx / 2; ++i) {
+                    to[2 * i] += along[i];
+                    to[2 * i + 1] += 0.5f * (along[i] + along[i + 1]);
+                }
+                if (nx % 2 == 1) {
+                    to[nx - 1] += along[nx / 2];
                 }
             }
-            for (std::size_t c = 0; c < 3; ++c) {
-                fine.c[c][n] += weight * sum[c];
-            }
-        });
+        }
     });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "kernels/arguments.hpp"
 #include "plan/threads/workers.hpp"
 #include "solvers/multigrid/lanes.hpp"
 
@@ -31,12 +32,14 @@ struct PaddedGrid {
     }
 };
 
-/// Three values a node of a padded grid; zero where there is no node. What is read a few at a time may go beyond the
-/// last node.
+/// What arrays over a grid have beyond it: whole vectors are read and written.
+inline constexpr std::size_t kBeyond = kernels::kMaxWidth;
+
+/// Three values a node of a padded grid; zero where there is no node.
 struct GridVector {
     explicit GridVector(const PaddedGrid& grid) {
         for (auto& array : c) {
-            array.resize(grid.size() + kLanes);
+            array.resize(grid.size() + kBeyond);
         }
     }
     std::array<std::vector<float>, 3> c;

@@ -11,7 +11,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -115,10 +114,11 @@ struct EquilibriumSolver<T>::Implementation {
     }
     /// What the pressures store at the state, J.
     void read_pressure() { stored_by_pressure = potential.pressure() ? potential.pressure()->value(state) : 0; }
-    /// `reach`: see multigrid_pays().
-    Preconditioner<T>& choose(PreconditionerKind kind, double reach = std::numeric_limits<double>::infinity()) {
-        const bool pays =
-            kind == PreconditionerKind::automatic && lattice && multigrid_pays(lattice->first, lattice->second, reach);
+    /// `reach`: of a step, see multigrid_pays_in_step().
+    Preconditioner<T>& choose(PreconditionerKind kind, std::optional<double> reach = std::nullopt) {
+        const bool pays = kind == PreconditionerKind::automatic && lattice &&
+                          (reach ? multigrid_pays_in_step(lattice->first, lattice->second, *reach)
+                                 : multigrid_pays(lattice->first, lattice->second));
         if (kind != PreconditionerKind::multigrid && !pays) {
             return block_jacobi;
         }
@@ -356,16 +356,23 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     const bool damped = i.stiffness_damping > time_step && options.preconditioner == PreconditionerKind::automatic;
     Preconditioner<T>& preconditioner = i.choose(damped ? PreconditionerKind::block_jacobi : options.preconditioner,
                                                  time_step / i.body->critical_time_step());
-    result.cg_iterations = i.stepping.minimiser().predict(i.potential, preconditioner, i.state);
     MinimiserOptions limits;
     limits.tolerance = options.tolerance;
+    // Where supports move, nodes beside them must come along; else Newton's method begins where the body is.
+    if (i.potential.prescribed_to_move(i.state)) {
+        result.cg_iterations = i.stepping.minimiser().predict(i.potential, preconditioner, i.state);
+        limits.preconditioner_is_made = true;
+    }
     limits.iterations = options.newton_iterations;
     if (options.progress) {
         limits.progress = [&](int iteration, long cg, double residual, double energy) {
             return options.progress({1, 1, iteration, result.cg_iterations + cg, residual, energy});
         };
     }
-    const MinimiserResult found = i.stepping.minimiser().minimise(i.potential, preconditioner, i.state, limits);
+    MinimiserResult found = i.stepping.minimiser().minimise(i.potential, preconditioner, i.state, limits);
+    if (found.status == EquilibriumStatus::converged) {
+        i.stepping.minimiser().keep_momentum(i.potential, i.state, options.tolerance, found);
+    }
     result.status = found.status;
     result.residual = found.residual;
     result.potential = found.potential;

@@ -185,6 +185,42 @@ void Potential<T>::impose(State<T>& state) const {
 }
 
 template <class T>
+bool Potential<T>::prescribed_to_move(const State<T>& state) const {
+    return std::any_of(prescribed_.begin(), prescribed_.end(), [&](const Held& held) {
+        return state.displacement[held.array][held.index] != held.displacement;
+    });
+}
+
+template <class T>
+unsigned Potential<T>::held_axes() const {
+    unsigned held = 0;
+    for (const std::uint8_t axes : held_) {
+        held |= axes;
+    }
+    return held;
+}
+
+template <class T>
+void Potential<T>::balance_as_a_whole(const NodeVector<T>& gradient, State<T>& state) const {
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (held_axes() >> c & 1u) {
+            continue;
+        }
+        double force = 0, stiffness = 0;
+        std::size_t array = 0;
+        for (std::size_t n = 0; n < places_.size(); ++n) {
+            const std::size_t i = flat_index(n, c, array);
+            force += static_cast<double>(gradient.field[array][i]);
+            stiffness += pull_stiffness_[n];
+        }
+        for (std::size_t n = 0; n < places_.size(); ++n) {
+            T& u = state.displacement[array][flat_index(n, c, array)];
+            u = static_cast<T>(static_cast<double>(u) - force / stiffness);
+        }
+    }
+}
+
+template <class T>
 void Potential<T>::prescribed_step(const State<T>& state, NodeVector<T>& step) const {
     space_.clear(step);
     for (const Held& held : prescribed_) {
@@ -208,7 +244,7 @@ template <class T>
 int Potential<T>::falling_axis() const {
     for (std::size_t c = 0; c < 3 && pull_strength_ == 0; ++c) {
         const bool falls = std::abs(resultant_[c]) > 1e-9 * load_size_[c];
-        if (falls && std::none_of(held_.begin(), held_.end(), [c](std::uint8_t axes) { return axes >> c & 1; })) {
+        if (falls && (held_axes() >> c & 1u) == 0) {
             return static_cast<int>(c);
         }
     }
@@ -229,9 +265,9 @@ auto Potential<T>::value(State<T>& state) const -> Value {
         value.size += std::abs(work);
     }
     if (pressure_ && pressure_->acts()) {
-        const double pressed = pressure_->value(state) / body_->length_unit();
-        value.total += pressed;
-        value.size += std::abs(pressed);
+        double size = 0;
+        value.total += pressure_->value(state, &size) / body_->length_unit();
+        value.size += size / body_->length_unit();
     }
     if (pull_strength_ > 0) {
         const double pull = space_.sum(
@@ -285,7 +321,7 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
 }
 
 template <class T>
-void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature) const {
+void Potential<T>::multiply_body(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature) const {
     body_->hessian_product(*linearised_, p.field, out.field, curvature);
     if (damping_) {
         apply_damping(p.field);
@@ -294,6 +330,11 @@ void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvatur
     if (pressure_ && pressure_->acts() && curvature == Curvature::whole) {
         pressure_->add_product(*linearised_, p.field, out.field);
     }
+}
+
+template <class T>
+void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature) const {
+    multiply_body(p, out, curvature);
     if (pull_strength_ > 0) {
         space_.for_each([](const T& weight, const T& x, const T& free, T& y) { y = free * (y + weight * x); },
                         pull_weight_, p, free_, out);

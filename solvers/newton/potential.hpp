@@ -68,6 +68,13 @@ public:
 
     /// Sets the held components of a state to their prescribed displacements.
     void impose(State<T>& state) const;
+    /// Whether that would change it.
+    bool prescribed_to_move(const State<T>& state) const;
+    /// The axes along which something is held, by bits.
+    unsigned held_axes() const;
+    /// Of a body that is pulled: along the other axes, moves all nodes alike so that the gradient, which is given,
+    /// comes to zero as a sum. Such a move changes nothing but the pull.
+    void balance_as_a_whole(const NodeVector<T>& gradient, State<T>& state) const;
     /// step = prescribed - present displacement on held components, zero on free ones.
     void prescribed_step(const State<T>& state, NodeVector<T>& step) const;
     /// How steps are to be carried out at these supports; null where they are straight. In time nothing is slender: a
@@ -87,6 +94,9 @@ public:
         return pull_strength_ > 0 ? std::span<const double>(pull_stiffness_) : std::span<const double>();
     }
 
+    /// The same by components; null without a pull.
+    const NodeVector<T>* pull_weight() const { return pull_strength_ > 0 ? &pull_weight_ : nullptr; }
+
     struct Value {
         double total = 0;
         double size = 0; ///< the sum of the terms' magnitudes: what rounding errors are measured by
@@ -101,6 +111,8 @@ public:
     const NodeField<T>& displacement() const { return linearised_->displacement; }
     /// out = second derivatives times p at the last linearisation; zero on held components, where p need not be.
     void multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature = Curvature::whole) const;
+    /// The same without the pull, and with whatever it is on held components.
+    void multiply_body(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature) const;
     /// The diagonal 3x3 blocks of the body's second derivatives there, without the pull, with the damping: xx, yy, zz,
     /// xy, xz, yz by places in the layout.
     void diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature = Curvature::whole) const;

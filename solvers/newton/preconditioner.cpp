@@ -1,10 +1,11 @@
 #include "solvers/newton/preconditioner.hpp"
 
+#include "kernels/grid_arguments.hpp"
+
 #include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
 namespace hybmss {
 namespace {
@@ -99,42 +100,40 @@ void BlockJacobi<T>::update(const Potential<T>& potential) {
     });
 }
 
-template <class T>
-template <class Visit>
-void BlockJacobi<T>::for_each_place(std::ptrdiff_t stride, const Visit& visit) const {
-    constexpr std::size_t kPiece = 2048, kTogether = 8;
-    static_assert(kPadding % kTogether == 0);
-    const std::size_t places = inverse_[0].size();
-    potential_->body().workers().run((places + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-        const std::size_t end = std::min((piece + 1) * kPiece, places);
-        if (stride == 1) {
-            for (std::size_t p = piece * kPiece; p < end; p += kTogether) {
-                visit(p, p, std::integral_constant<std::size_t, kTogether>());
-            }
-        } else {
-            for (std::size_t p = piece * kPiece; p < end; ++p) {
-                visit(p, p * static_cast<std::size_t>(stride), std::integral_constant<std::size_t, 1>());
-            }
-        }
-    });
-}
-
 namespace {
 
-template <class T, class Field>
-std::array<T*, 3> components(Field& field) {
-    return {component(field, 0).first, component(field, 1).first, component(field, 2).first};
-}
-
-/// z = B r at neighbouring places.
-template <class T, std::size_t count>
-void multiply(const AlignedArray<T> (&inverse)[6], std::size_t place, const T (&r)[3][count], T (&z)[3][count]) {
-    constexpr std::size_t kEntry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-    for (std::size_t c = 0; c < 3; ++c) {
-        const T *x = inverse[kEntry[c][0]].data() + place, *y = inverse[kEntry[c][1]].data() + place,
-                *w = inverse[kEntry[c][2]].data() + place;
-        for (std::size_t n = 0; n < count; ++n) {
-            z[c][n] = x[n] * r[0][n] + y[n] * r[1][n] + w[n] * r[2][n];
+/// The kernel's formula for memory in which the components of a node lie side by side.
+template <class T>
+void pass_strided(kernels::BlockUse use, const kernels::NodeBlocks<T>& nodes, std::ptrdiff_t stride,
+                  std::ptrdiff_t begin, std::ptrdiff_t end) {
+    constexpr std::size_t kEntry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    const bool less = use == kernels::BlockUse::restart || use == kernels::BlockUse::next;
+    for (std::ptrdiff_t place = begin; place < end; ++place) {
+        const std::ptrdiff_t n = place * stride;
+        T rest[3];
+        for (std::size_t c = 0; c < 3; ++c) {
+            rest[c] = nodes.from[c][n];
+            if (less) {
+                rest[c] -= nodes.product[c][n];
+            }
+            if (less && nodes.weight[c]) {
+                rest[c] -=
+                    nodes.weight[c][n] * (use == kernels::BlockUse::next ? nodes.direction : nodes.solution)[c][n];
+            }
+            if (use != kernels::BlockUse::multiply) {
+                nodes.rest[c][n] = rest[c];
+            }
+        }
+        for (std::size_t c = 0; c < 3; ++c) {
+            const T z = nodes.inverse[kEntry[c][0]][place] * rest[0] + nodes.inverse[kEntry[c][1]][place] * rest[1] +
+                        nodes.inverse[kEntry[c][2]][place] * rest[2];
+            if (use == kernels::BlockUse::multiply) {
+                nodes.solution[c][n] = z;
+                continue;
+            }
+            T& step = nodes.direction[c][n];
+            step = use == kernels::BlockUse::next ? nodes.keep * step + nodes.add * z : nodes.add * z;
+            nodes.solution[c][n] = use == kernels::BlockUse::first ? step : nodes.solution[c][n] + step;
         }
     }
 }
@@ -142,57 +141,52 @@ void multiply(const AlignedArray<T> (&inverse)[6], std::size_t place, const T (&
 } // namespace
 
 template <class T>
-void BlockJacobi<T>::apply(const NodeVector<T>& r, NodeVector<T>& z) {
-    const auto in = components<const T>(r.field);
-    const auto out = components<T>(z.field);
-    for_each_place(component(r.field, 0).stride, [&]<std::size_t count>(std::size_t place, std::size_t at,
-                                                                        std::integral_constant<std::size_t, count>) {
-        T from[3][count], to[3][count];
-        for (std::size_t c = 0; c < 3; ++c) {
-            std::copy_n(in[c] + at, count, from[c]);
-        }
-        multiply(inverse_, place, from, to);
-        for (std::size_t c = 0; c < 3; ++c) {
-            std::copy_n(to[c], count, out[c] + at);
+void BlockJacobi<T>::pass(kernels::BlockUse use, const NodeVector<T>& from, const NodeVector<T>* product, double keep,
+                          double add, NodeVector<T>& r, NodeVector<T>& d, NodeVector<T>& x) const {
+    constexpr std::size_t kOrder[6] = {0, 3, 4, 1, 5, 2};
+    const NodeVector<T>* const weight = potential_->pull_weight();
+    kernels::NodeBlocks<T> nodes{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        nodes.inverse[e] = inverse_[kOrder[e]].data();
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        nodes.from[c] = component(from.field, c).first;
+        nodes.product[c] = product ? component(product->field, c).first : nullptr;
+        nodes.weight[c] = weight ? component(weight->field, c).first : nullptr;
+        nodes.rest[c] = component(r.field, c).first;
+        nodes.direction[c] = component(d.field, c).first;
+        nodes.solution[c] = component(x.field, c).first;
+    }
+    nodes.keep = static_cast<T>(keep);
+    nodes.add = static_cast<T>(add);
+    const Body<T>& body = potential_->body();
+    const auto kernel = body.kernel_table().node_blocks(use, weight != nullptr);
+    const std::ptrdiff_t stride = component(from.field, 0).stride;
+    constexpr std::size_t kPiece = 2048;
+    const std::size_t places = inverse_[0].size();
+    body.workers().run((places + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+        const auto begin = static_cast<std::ptrdiff_t>(piece * kPiece);
+        const auto end = static_cast<std::ptrdiff_t>(std::min((piece + 1) * kPiece, places));
+        if (stride == 1) {
+            kernel(nodes, begin, end);
+        } else {
+            pass_strided(use, nodes, stride, begin, end);
         }
     });
 }
 
 template <class T>
+void BlockJacobi<T>::apply(const NodeVector<T>& r, NodeVector<T>& z) {
+    pass(kernels::BlockUse::multiply, r, nullptr, 0, 0, z, z, z);
+}
+
+template <class T>
 void BlockJacobi<T>::correct(const NodeVector<T>& from, const NodeVector<T>* product, double keep, double add,
                              NodeVector<T>& r, NodeVector<T>& d, NodeVector<T>& x) {
-    const T k = static_cast<T>(keep), a = static_cast<T>(add);
-    const auto in = components<const T>(from.field), less = components<const T>((product ? product : &from)->field);
-    const auto rest = components<T>(r.field), step = components<T>(d.field), to = components<T>(x.field);
-    for_each_place(component(from.field, 0).stride, [&]<std::size_t count>(std::size_t place, std::size_t at,
-                                                                           std::integral_constant<std::size_t, count>) {
-        T left[3][count], z[3][count];
-        for (std::size_t c = 0; c < 3; ++c) {
-            std::copy_n(in[c] + at, count, left[c]);
-            for (std::size_t n = 0; product && n < count; ++n) {
-                left[c][n] -= less[c][at + n];
-            }
-        }
-        multiply(inverse_, place, left, z);
-        for (std::size_t c = 0; c < 3; ++c) {
-            T by[count], sum[count] = {};
-            for (std::size_t n = 0; n < count; ++n) {
-                by[n] = a * z[c][n];
-            }
-            for (std::size_t n = 0; keep != 0 && n < count; ++n) { // else d may hold anything
-                by[n] += k * step[c][at + n];
-            }
-            for (std::size_t n = 0; product && n < count; ++n) {
-                sum[n] = to[c][at + n];
-            }
-            for (std::size_t n = 0; n < count; ++n) {
-                sum[n] += by[n];
-            }
-            std::copy_n(left[c], count, rest[c] + at);
-            std::copy_n(by, count, step[c] + at);
-            std::copy_n(sum, count, to[c] + at);
-        }
-    });
+    pass(!product    ? kernels::BlockUse::first
+         : keep == 0 ? kernels::BlockUse::restart
+                     : kernels::BlockUse::next,
+         from, product, keep, add, r, d, x);
 }
 
 template class BlockJacobi<float>;
@@ -211,34 +205,45 @@ double volume_to_shear(const Lattice& lattice, const Material& material) {
 
 namespace {
 
-/// What a static solve may take, in Hessian products.
-struct Expected {
-    double block_jacobi, multigrid;
+/// What the rules of preconditioner.hpp go by.
+struct Proportions {
+    double length;    ///< n
+    double stiffness; ///< r
+    double emptiness; ///< cells of the bounding box over those of the body
+    int shortest;
 };
 
-Expected expected(const Lattice& lattice, const Material& material, double reach) {
+Proportions measured(const Lattice& lattice, const Material& material) {
     const auto [shortest, longest] = std::minmax({lattice.cells()[0], lattice.cells()[1], lattice.cells()[2]});
-    const double filled = static_cast<double>(lattice.cell_count());
-    const double box = static_cast<double>(lattice.cell_scales().size());
-    if (filled == 0) {
-        return {0, 0};
-    }
-    const double stiff = std::max(volume_to_shear(lattice, material), 0.0);
-    const double length = static_cast<double>(longest) * longest / shortest;
-    return {9.2 * std::min(length * std::pow(1 + stiff, 0.44), reach),
-            (200 + 83 * std::pow(1 + stiff, 0.62)) * box / filled};
+    return {static_cast<double>(longest) * longest / shortest, 1 + std::max(volume_to_shear(lattice, material), 0.0),
+            static_cast<double>(lattice.cell_scales().size()) / static_cast<double>(lattice.cell_count()), shortest};
+}
+
+double block_jacobi_products(const Proportions& body) {
+    return 9.2 * body.length * std::pow(body.stiffness, 0.44);
+}
+double multigrid_products(const Proportions& body) {
+    return (200 + 83 * std::pow(body.stiffness, 0.62)) * body.emptiness;
 }
 
 } // namespace
 
-bool multigrid_pays(const Lattice& lattice, const Material& material, double reach) {
-    const Expected products = expected(lattice, material, reach);
-    return products.block_jacobi > products.multigrid;
+bool multigrid_pays(const Lattice& lattice, const Material& material) {
+    const Proportions body = measured(lattice, material);
+    return lattice.cell_count() > 0 && block_jacobi_products(body) > multigrid_products(body);
+}
+
+bool multigrid_pays_in_step(const Lattice& lattice, const Material& material, double reach) {
+    const Proportions body = measured(lattice, material);
+    const double stiff = std::pow(body.stiffness, 0.44);
+    const double thin = std::max(1.0, 8.0 / (body.shortest * body.shortest));
+    return lattice.cell_count() > 0 &&
+           10 * std::min(reach, 1.65 * body.length * stiff) > (30 + 7 * stiff) * body.emptiness * thin;
 }
 
 double expected_products(const Lattice& lattice, const Material& material) {
-    const Expected products = expected(lattice, material, std::numeric_limits<double>::infinity());
-    return std::min(products.block_jacobi, products.multigrid);
+    const Proportions body = measured(lattice, material);
+    return lattice.cell_count() > 0 ? std::min(block_jacobi_products(body), multigrid_products(body)) : 0;
 }
 
 } // namespace hybmss

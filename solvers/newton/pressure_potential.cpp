@@ -177,7 +177,7 @@ FaceCorners PressurePotential<T>::corners(const Face& face, const Point& from, c
 }
 
 template <class T>
-double PressurePotential<T>::value(const State<T>& state) const {
+double PressurePotential<T>::value(const State<T>& state, double* size) const {
     double sum = 0;
     for (const Face& face : faces_) {
         if (face.pressure != 0) {
@@ -185,7 +185,11 @@ double PressurePotential<T>::value(const State<T>& state) const {
             for (Point& x : rest) {
                 x = plus(x, -1, apex_);
             }
-            sum += face.pressure / 12 * (twelve_volumes(corners(face, apex_, state)) - twelve_volumes(rest));
+            const double before = twelve_volumes(rest);
+            sum += face.pressure / 12 * (twelve_volumes(corners(face, apex_, state)) - before);
+            if (size) {
+                *size += std::abs(face.pressure / 12 * before);
+            }
         }
     }
     return sum;

@@ -52,8 +52,8 @@ public:
     /// where there is no potential with these supports.
     void set(std::span<const double> pressures, std::span<const PrescribedNode> held);
     bool acts() const { return acts_; }
-    /// J, and what its rounding errors are measured by.
-    double value(const State<T>& state) const;
+    /// J. What its rounding errors are measured by is added to `*size`: volumes, of which those at rest are taken off.
+    double value(const State<T>& state, double* size = nullptr) const;
     /// N: of the largest component of the forces at rest.
     double largest_force() const { return largest_force_; }
     /// gradient += p dV/du in N: on what is free minus the force.

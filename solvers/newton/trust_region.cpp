@@ -95,6 +95,26 @@ long TrustRegion<T>::predict(Potential<T>& potential, Preconditioner<T>& precond
 }
 
 template <class T>
+void TrustRegion<T>::keep_momentum(Potential<T>& potential, State<T>& state, double tolerance,
+                                   MinimiserResult& result) {
+    const FieldView<T> u{state.displacement};
+    MutableFieldView<T> mutable_u{state.displacement};
+    if (potential.held_axes() == 7) {
+        return;
+    }
+    const double before = potential.gradient(state, gradient_).unbalanced;
+    space_->copy(u, before_);
+    potential.balance_as_a_whole(gradient_, state);
+    const double after = potential.gradient(state, gradient_).unbalanced;
+    const double residual = before > 0 ? result.residual * after / before : result.residual;
+    if (residual <= tolerance) {
+        result.residual = residual;
+    } else {
+        space_->copy(before_, mutable_u);
+    }
+}
+
+template <class T>
 double TrustRegion<T>::residual(Potential<T>& potential, State<T>& state) {
     const Balance balance = potential.gradient(state, gradient_);
     return balance.unbalanced / std::max({balance.support, balance.load, potential.force_floor()});
@@ -147,7 +167,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
                                                                     : EquilibriumStatus::no_descent;
     };
     double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
-    bool renew = true;
+    bool renew = !options.preconditioner_is_made;
     // Bodies whose sections turn are far for another reason: longer or less exact steps twist them beyond what cells
     // hold. And a step of time is held near its start by masses: what curves downwards there is on the way.
     const bool straight = potential.turning() == nullptr;
@@ -214,7 +234,7 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
             continue;
         }
         const double rate = iterations_a_digit(cg, limits.relative_residual);
-        if (renew) {
+        if (renew || fresh_rate == 0) {
             fresh_rate = rate;
         }
         renew = cg.negative_curvature || rate > 1.5 * fresh_rate;

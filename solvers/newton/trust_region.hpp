@@ -10,6 +10,8 @@ namespace hybmss {
 struct MinimiserOptions {
     double tolerance = 1e-8;
     int iterations = 200;
+    /// The preconditioner was made near the start: it is not made anew before conjugate gradients get slow.
+    bool preconditioner_is_made = false;
     /// Called with the residual and the potential (J) at every iteration, of conjugate gradients too; false stops.
     std::function<bool(int iteration, long cg_iterations, double residual, double potential)> progress;
 };
@@ -38,6 +40,10 @@ public:
     /// where it says false, only the held components move.
     long predict(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
                  const std::function<bool(int cg_iterations)>& progress = {});
+
+    /// What a solve left of the total momentum's balance is set right, where nothing holds the body and that leaves the
+    /// residual within the tolerance. Changes the state and what `result` says of it.
+    void keep_momentum(Potential<T>& potential, State<T>& state, double tolerance, MinimiserResult& result);
 
     /// Of a state as it is, as minimise() would have it.
     double residual(Potential<T>& potential, State<T>& state);

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <random>
 
 namespace hybmss::testing {
@@ -170,7 +172,54 @@ TEST(Preconditioners, TheChoiceFollowsSizeAndMaterial) {
     EXPECT_FALSE(pays(10, 0.25));
     EXPECT_TRUE(pays(64, 0.25));
     EXPECT_TRUE(pays(32, 0.499));
-    EXPECT_FALSE(multigrid_pays(Lattice::box(64, 64, 64, 0.5), {}, 10));
+    const auto in_step = [](const Lattice& lattice, double nu, double reach) {
+        return multigrid_pays_in_step(lattice, {.poisson_ratio = nu}, reach);
+    };
+    const Lattice cube = Lattice::box(10, 10, 10, 0.5);
+    EXPECT_FALSE(in_step(cube, 0.25, 2));
+    EXPECT_TRUE(in_step(cube, 0.25, 20));
+    EXPECT_FALSE(in_step(cube, 0.499, 6)); // where cycles are dear
+    EXPECT_TRUE(in_step(cube, 0.499, 100));
+    EXPECT_FALSE(in_step(Lattice::box(60, 1, 1, 0.5), 0.25, 20)); // and where they do little
+    EXPECT_TRUE(in_step(Lattice::box(60, 4, 4, 0.5), 0.25, 20));
+    EXPECT_FALSE(in_step(Lattice::box(1, 1, 1, 0.5), 0.25, 1000));
+}
+
+/// A step that no support moves in begins with Newton's method where the body is, and makes the matrices of multigrid
+/// once; where supports move, their neighbours come along first.
+TEST(Preconditioners, StepsOfTimeComeToTheSameWithEither) {
+    for (const bool moving : {false, true}) {
+        const Lattice lattice = Lattice::box(6, 6, 6, 0.5);
+        std::vector<double> results[2];
+        for (const auto kind : {PreconditionerKind::block_jacobi, PreconditionerKind::multigrid}) {
+            EquilibriumSolver<double> solver(lattice, {});
+            std::vector<double> u(3 * solver.node_count()), v(u.size());
+            Loading loading;
+            loading.acceleration = {0.1, -0.1, 0};
+            for (std::uint32_t n = 0; n < 49; ++n) { // the face z = 0
+                loading.supports.push_back({.node = n, .axes = 7});
+            }
+            for (int step = 1; step <= 3; ++step) {
+                for (PrescribedNode& support : loading.supports) {
+                    support.displacement[0] = moving ? 0.02 * step : 0;
+                }
+                EquilibriumOptions options;
+                options.preconditioner = kind;
+                options.tolerance = 1e-10;
+                const auto field = [](std::vector<double>& values) {
+                    return VectorField<double>::aos(values.data(), values.size() / 3);
+                };
+                ASSERT_EQ(solver.step(loading, 0.5, 0.1, field(u), field(v), options).status,
+                          EquilibriumStatus::converged);
+            }
+            results[kind == PreconditionerKind::multigrid] = u;
+        }
+        const double largest = *std::max_element(results[0].begin(), results[0].end());
+        EXPECT_GT(largest, 1e-3);
+        for (std::size_t i = 0; i < results[0].size(); ++i) {
+            EXPECT_NEAR(results[0][i], results[1][i], 1e-7 * largest); // residuals of 1e-10, stiffnesses apart by 1e3
+        }
+    }
 }
 
 /// The volume's pressure right after a step turns the matrix indefinite; multigrid must not lose its way in that.
