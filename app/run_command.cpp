@@ -179,6 +179,47 @@ void report_end(const RunArguments& arguments, const Simulation& simulation, con
     report_failure(arguments, summary.failure);
 }
 
+/// A run on the terminal and into its results.
+class ShownRun {
+public:
+    explicit ShownRun(const std::string& scene) : scene_(scene), line_(stderr) {}
+
+    /// `results`: may hold nothing. Both outlive the run.
+    template <class AnyResults>
+    RunCallbacks callbacks(std::optional<AnyResults>& results) {
+        RunCallbacks callbacks;
+        callbacks.estimate = [this](double seconds) { line_.expect(scene_, seconds); };
+        if (line_.visible()) {
+            callbacks.progress = [this](const Progress& progress) { line_.show(progress); };
+        }
+        if (results) {
+            callbacks.output = [this, &results] {
+                // Why the run failed is known at its end only, and tells more.
+                try {
+                    if (is_finite()) {
+                        results->record();
+                    }
+                } catch (const NotFinite& error) {
+                    not_finite_ = error.what();
+                }
+            };
+        }
+        return callbacks;
+    }
+    bool is_finite() const { return not_finite_.empty(); }
+    /// Throws where a result was not finite.
+    void end(const std::string& failure) {
+        line_.clear();
+        if (!is_finite()) {
+            throw std::runtime_error(scene_ + ": " + not_finite_ + (failure.empty() ? "" : "; " + failure));
+        }
+    }
+
+private:
+    std::string scene_, not_finite_; ///< the result that was
+    ProgressLine line_;
+};
+
 /// Nothing is written before the last mesh is solved: the others tell of the error alone.
 void run_to_accuracy(const RunArguments& arguments, const Scene& scene) {
     if (arguments.restart) {
@@ -234,30 +275,10 @@ void run_world(const RunArguments& arguments, WorldScene scene) {
             fmt::print(stderr, "hybmss: warning: {}: body {} has {}\n", arguments.scene, world.name(b), parts);
         }
     }
-    ProgressLine line(stderr);
-    RunCallbacks callbacks;
-    callbacks.estimate = [&](double seconds) { line.expect(arguments.scene, seconds); };
-    if (line.visible()) {
-        callbacks.progress = [&line](const Progress& progress) { line.show(progress); };
-    }
-    std::string not_finite;
-    if (results) {
-        callbacks.output = [&] {
-            try {
-                if (not_finite.empty()) {
-                    results->record();
-                }
-            } catch (const NotFinite& error) {
-                not_finite = error.what();
-            }
-        };
-    }
+    ShownRun shown(arguments.scene);
+    const RunCallbacks callbacks = shown.callbacks(results);
     const WorldSummary summary = world.run(callbacks);
-    line.clear();
-    if (!not_finite.empty()) {
-        throw std::runtime_error(arguments.scene + ": " + not_finite +
-                                 (summary.failure.empty() ? "" : "; " + summary.failure));
-    }
+    shown.end(summary.failure);
     if (results) {
         write(arguments.scene, summary.failure, [&] { results->finish(summary); });
     }
@@ -297,36 +318,15 @@ void run_scene(const RunArguments& arguments) {
     if (const std::string parts = parts_line(simulation.lattice()); !parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
     }
-    ProgressLine line(stderr);
-    RunCallbacks callbacks;
-    std::string not_finite; ///< the result that was
-    callbacks.estimate = [&](double seconds) { line.expect(arguments.scene, seconds); };
-    if (line.visible()) {
-        callbacks.progress = [&line](const Progress& progress) { line.show(progress); };
-    }
-    if (results) {
-        callbacks.output = [&] {
-            // Why the run failed is known at its end only, and tells more.
-            try {
-                if (not_finite.empty()) {
-                    results->record();
-                }
-            } catch (const NotFinite& error) {
-                not_finite = error.what();
-            }
-        };
-        if (simulation.scene().solver.method != SolverMethod::static_equilibrium) {
-            checkpoint.emplace(arguments, simulation, *results);
-            callbacks.checkpoint = [&] { return not_finite.empty() && (*checkpoint)(); };
-            catch_stop_signals();
-        }
+    ShownRun shown(arguments.scene);
+    RunCallbacks callbacks = shown.callbacks(results);
+    if (results && simulation.scene().solver.method != SolverMethod::static_equilibrium) {
+        checkpoint.emplace(arguments, simulation, *results);
+        callbacks.checkpoint = [&] { return shown.is_finite() && (*checkpoint)(); };
+        catch_stop_signals();
     }
     const Summary summary = simulation.run(callbacks);
-    line.clear();
-    if (!not_finite.empty()) {
-        throw std::runtime_error(arguments.scene + ": " + not_finite +
-                                 (summary.failure.empty() ? "" : "; " + summary.failure));
-    }
+    shown.end(summary.failure);
     if (summary.interrupted) {
         const int signal = caught;
         fmt::print(stderr,

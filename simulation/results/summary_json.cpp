@@ -59,6 +59,23 @@ Json accuracy_json(const AccuracyReport& a) {
     return json;
 }
 
+/// What every run has, in order, at the end of its summary.
+template <class AnySummary>
+void add_course(Json& json, const AnySummary& summary) {
+    json["residual"] = summary.settlement.residual;
+    json["kinetic_ratio"] = summary.settlement.kinetic_ratio;
+    json["time"] = summary.time;
+    json["time_step"] = summary.time_step;
+    json["critical_time_step"] = summary.critical_time_step;
+    json["wall_seconds"] = summary.wall_seconds;
+}
+
+std::string finished(Json& json) {
+    json["version"] = kVersion;
+    require_finite(json);
+    return json.dump(2) + "\n";
+}
+
 } // namespace
 
 Json plan_json(const PlanDescription& plan) {
@@ -127,16 +144,9 @@ std::string summary_json(const Summary& summary) {
     json["iterations"] = summary.work.newton_iterations;
     json["cg_iterations"] = summary.work.cg_iterations;
     json["preconditioner"] = summary.work.preconditioner;
-    json["residual"] = summary.settlement.residual;
-    json["kinetic_ratio"] = summary.settlement.kinetic_ratio;
-    json["time"] = summary.time;
-    json["time_step"] = summary.time_step;
-    json["critical_time_step"] = summary.critical_time_step;
-    json["wall_seconds"] = summary.wall_seconds;
+    add_course(json, summary);
     json["plan"] = plan_json(summary.plan);
-    json["version"] = kVersion;
-    require_finite(json);
-    return json.dump(2) + "\n";
+    return finished(json);
 }
 
 std::string summary_json(const WorldSummary& summary) {
@@ -158,15 +168,8 @@ std::string summary_json(const WorldSummary& summary) {
             {{"from", tied.from}, {"to", tied.to}, {"ties", tied.ties}, {"force", tied.force}});
     }
     json["steps"] = summary.steps;
-    json["residual"] = summary.settlement.residual;
-    json["kinetic_ratio"] = summary.settlement.kinetic_ratio;
-    json["time"] = summary.time;
-    json["time_step"] = summary.time_step;
-    json["critical_time_step"] = summary.critical_time_step;
-    json["wall_seconds"] = summary.wall_seconds;
-    json["version"] = kVersion;
-    require_finite(json);
-    return json.dump(2) + "\n";
+    add_course(json, summary);
+    return finished(json);
 }
 
 } // namespace hybmss

@@ -239,7 +239,23 @@ TEST(TimeTable, leapfrog_follows_it_by_the_second_order) {
     EXPECT_NEAR(errors[0] / errors[1], 4, 0.01);
 }
 
-/// Stopped at every check, and so in the midst of the tables.
+/// Stopped at every check, and so in the midst of the tables; goes on from a checkpoint in `file`.
+Summary run_in_parts(Simulation& parts, const std::string& file) {
+    int stops = 0;
+    RunCallbacks callbacks;
+    callbacks.checkpoint = [&] {
+        parts.write_checkpoint(file);
+        ++stops;
+        return false;
+    };
+    Summary end = parts.run(callbacks);
+    for (; end.interrupted; end = parts.run(callbacks)) {
+        parts = Simulation::restarted(Scene(parts.scene()), {}, file);
+    }
+    EXPECT_GT(stops, 5);
+    return end;
+}
+
 TEST(TimeTable, goes_on_from_a_checkpoint_with_the_same_bits) {
     const test::TemporaryDirectory directory;
     const std::string file = directory.path() / "checkpoint";
@@ -250,18 +266,7 @@ TEST(TimeTable, goes_on_from_a_checkpoint_with_the_same_bits) {
         Simulation whole(scene);
         const Summary all = whole.run();
         Simulation parts(scene);
-        int stops = 0;
-        RunCallbacks callbacks;
-        callbacks.checkpoint = [&] {
-            parts.write_checkpoint(file);
-            ++stops;
-            return false;
-        };
-        Summary end = parts.run(callbacks);
-        for (; end.interrupted; end = parts.run(callbacks)) {
-            parts = Simulation::restarted(scene, {}, file);
-        }
-        EXPECT_GT(stops, 5);
+        const Summary end = run_in_parts(parts, file);
         EXPECT_EQ(parts.displacements(), whole.displacements());
         EXPECT_EQ(parts.velocities(), whole.velocities());
         if (all.balance) {
@@ -415,18 +420,7 @@ TEST(PressureScene, goes_on_from_a_checkpoint_with_the_same_bits) {
         const Summary all = whole.run();
         EXPECT_EQ(all.failure, "");
         Simulation parts(scene);
-        int stops = 0;
-        RunCallbacks callbacks;
-        callbacks.checkpoint = [&] {
-            parts.write_checkpoint(file);
-            ++stops;
-            return false;
-        };
-        Summary end = parts.run(callbacks);
-        for (; end.interrupted; end = parts.run(callbacks)) {
-            parts = Simulation::restarted(scene, {}, file);
-        }
-        EXPECT_GT(stops, 5);
+        const Summary end = run_in_parts(parts, file);
         EXPECT_EQ(parts.displacements(), whole.displacements());
         EXPECT_EQ(end.energies.effects.at(0).stored, all.energies.effects.at(0).stored);
         EXPECT_NE(all.energies.effects.at(0).stored, 0);

@@ -114,7 +114,6 @@ struct RunCallbacks {
     std::function<bool()> checkpoint;
 };
 
-/// What came of a run.
 /// Of the last state.
 struct StressSummary {
     double max_von_mises = 0;            ///< Pa, of a cell
@@ -122,6 +121,7 @@ struct StressSummary {
     std::array<double, 6> mean_cauchy{}; ///< Pa, over the deformed volume: xx, yy, zz, xy, yz, xz
 };
 
+/// What came of a run.
 struct Summary {
     bool converged = false;
     std::string failure;      ///< why the run stopped early or is no success; "" where all is well
