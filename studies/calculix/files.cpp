@@ -123,7 +123,8 @@ void write_deck(const Problem& problem, std::ostream& out, int frequencies) {
     out << (problem.geometry == Geometry::nonlinear ? "*STEP,NLGEOM,INC=1000\n" : "*STEP\n") << "*STATIC\n";
     write_supports(problem.loading, out);
     write_loads(problem, out);
-    out << "*NODE PRINT,NSET=ALL,FREQUENCY=100000\nU\n*NODE PRINT,NSET=HELD,FREQUENCY=100000\nRF\n*END STEP\n";
+    out << "*NODE PRINT,NSET=ALL,FREQUENCY=100000\nU\n*NODE PRINT,NSET=HELD,FREQUENCY=100000\nRF\n"
+        << (problem.stresses ? "*EL PRINT,ELSET=SOLID,FREQUENCY=100000\nS\n" : "") << "*END STEP\n";
 }
 
 std::vector<std::array<double, 3>> read_node_table(const std::filesystem::path& path, std::string_view heading,
@@ -154,6 +155,49 @@ std::vector<std::array<double, 3>> read_node_table(const std::filesystem::path& 
         throw std::runtime_error("CalculiX: " + path.filename().string() + " holds no " + std::string(heading));
     }
     return table;
+}
+
+/// A line a point of integration: element, point, and the stress as xx, yy, zz, xy, xz, yz.
+std::vector<std::array<double, 6>> read_stresses(const std::filesystem::path& path, std::size_t elements) {
+    constexpr std::size_t kPlace[6] = {0, 1, 2, 3, 5, 4};
+    std::ifstream in(path);
+    std::vector<std::array<double, 6>> sums;
+    std::vector<int> points;
+    bool inside = false;
+    for (std::string line; std::getline(in, line);) {
+        if (line.find(" time ") != std::string::npos) {
+            inside = line.find("stresses") < 2;
+            if (inside) {
+                sums.assign(elements, {});
+                points.assign(elements, 0);
+            }
+            continue;
+        }
+        std::istringstream numbers(line);
+        long element = 0, point = 0;
+        std::array<double, 6> s{};
+        if (inside && numbers >> element >> point >> s[0] >> s[1] >> s[2] >> s[3] >> s[4] >> s[5]) {
+            if (element < 1 || static_cast<std::size_t>(element) > elements) {
+                throw std::runtime_error("CalculiX: " + path.filename().string() + " speaks of element " +
+                                         std::to_string(element) + " of " + std::to_string(elements));
+            }
+            const auto e = static_cast<std::size_t>(element) - 1;
+            ++points[e];
+            for (std::size_t c = 0; c < 6; ++c) {
+                sums[e][kPlace[c]] += s[c];
+            }
+        }
+    }
+    for (std::size_t e = 0; e < elements; ++e) {
+        if (points.empty() || points[e] == 0) {
+            throw std::runtime_error("CalculiX: " + path.filename().string() + " holds no stresses of element " +
+                                     std::to_string(e + 1));
+        }
+        for (double& s : sums[e]) {
+            s /= points[e];
+        }
+    }
+    return sums;
 }
 
 /// A line a mode: its number, omega^2, omega, omega / 2 pi, and what is imaginary of omega.

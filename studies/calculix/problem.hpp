@@ -68,13 +68,17 @@ struct Problem {
     Loading loading;   ///< by the mesh's nodes; forces, where there are any, one a node
     Geometry geometry = Geometry::linear;
     Law law = Law::linear;
+    bool stresses = false; ///< wanted of the solution
 };
 
 struct Solution {
     std::vector<std::array<double, 3>> displacements; ///< m, one a node of the mesh
     std::vector<std::array<double, 3>> support;       ///< N: what supports exert; zero on nodes that are free
-    int iterations = 0;                               ///< of Newton's method, over all increments
-    double seconds = 0;                               ///< of the whole program
+    /// Pa, where wanted one an element: the mean of the Cauchy stress over its points of integration; xx, yy, zz, xy,
+    /// yz, xz.
+    std::vector<std::array<double, 6>> stresses;
+    int iterations = 0; ///< of Newton's method, over all increments
+    double seconds = 0; ///< of the whole program
 };
 
 /// The scene's cells, material, supports at the end of their motions, loads and gravity; damping and the solver's

@@ -149,6 +149,9 @@ Solution solve(const Problem& problem) {
     } else {
         solution.support.assign(problem.mesh.rest.size(), {0, 0, 0});
     }
+    if (problem.stresses) {
+        solution.stresses = read_stresses(path / "body.dat", problem.mesh.element_count());
+    }
     return solution;
 }
 

@@ -47,6 +47,10 @@ std::vector<double> read_frequencies(const std::filesystem::path& path);
 std::vector<std::array<double, 3>> read_node_table(const std::filesystem::path& path, std::string_view heading,
                                                    std::size_t nodes);
 
+/// The last table of stresses in a .dat file as Solution has them. Throws std::runtime_error where one of the elements
+/// has none, or one is out of range.
+std::vector<std::array<double, 6>> read_stresses(const std::filesystem::path& path, std::size_t elements);
+
 /// Newton iterations of all increments, from a .sta file; 0 where it does not exist.
 int read_iterations(const std::filesystem::path& path);
 

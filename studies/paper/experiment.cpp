@@ -129,6 +129,25 @@ std::vector<std::uint32_t> pictured_nodes(const Experiment& experiment) {
     return nodes;
 }
 
+std::vector<std::uint32_t> compared_cells(const Experiment& experiment) {
+    std::vector<std::uint32_t> cells;
+    if (experiment.kind != Kind::compression || experiment.amount > 5 || experiment.poisson_ratio != 0.25) {
+        return cells;
+    }
+    const int n = mesh(experiment)[0];
+    if (n != mesh({.kind = experiment.kind})[0]) {
+        return cells;
+    }
+    for (int k = 1; 2 * k < n; ++k) {
+        for (int j = 1; 2 * j < n; ++j) {
+            for (int i = 1; 2 * i < n; ++i) {
+                cells.push_back(static_cast<std::uint32_t>((k * n + j) * n + i));
+            }
+        }
+    }
+    return cells;
+}
+
 double shear_coefficient(double poisson_ratio) {
     return 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio);
 }

@@ -65,6 +65,10 @@ std::size_t response_axis(Kind kind);
 /// y = 2.5 m (Fig. 10), of a beam those on its axis (Fig. 5); none otherwise.
 std::vector<std::uint32_t> pictured_nodes(const Experiment& experiment);
 
+/// Cells whose stresses are compared: of a compression of the paper's cube at nu = 1/4 by up to 5 % those with no
+/// face on its surface, in the octant at the origin, as the others are their mirror images; none otherwise.
+std::vector<std::uint32_t> compared_cells(const Experiment& experiment);
+
 /// Timoshenko's coefficient of a rectangular section, by Cowper: 10 (1 + nu) / (12 + 11 nu).
 double shear_coefficient(double poisson_ratio);
 

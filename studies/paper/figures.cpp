@@ -50,10 +50,10 @@ double size(Kind kind, const Simulation& simulation, double response) {
     return sum;
 }
 
-std::vector<std::array<double, 3>> picked(const std::vector<std::array<double, 3>>& all,
-                                          const std::vector<std::uint32_t>& nodes) {
-    std::vector<std::array<double, 3>> some;
-    for (const std::uint32_t n : nodes) {
+template <class Value>
+std::vector<Value> picked(const std::vector<Value>& all, const std::vector<std::uint32_t>& which) {
+    std::vector<Value> some;
+    for (const std::uint32_t n : which) {
         some.push_back(all[n]);
     }
     return some;
@@ -74,6 +74,13 @@ Figures solve_lattice(const Experiment& experiment, const Material& material) {
     figures.response = response(experiment.kind, summary.probes.at(0));
     figures.size = size(experiment.kind, simulation, figures.response);
     figures.pictured = picked(simulation.displacements(), pictured_nodes(experiment));
+    if (const std::vector<std::uint32_t> cells = compared_cells(experiment); !cells.empty()) {
+        std::vector<std::array<double, 6>> stresses;
+        for (const CellStress& stress : simulation.cell_stresses()) {
+            stresses.push_back(stress.cauchy);
+        }
+        figures.stresses = picked(stresses, cells);
+    }
     return figures;
 }
 
@@ -131,7 +138,9 @@ std::string name(const ElementChoice& choice) {
 
 Figures solve_finite_elements(const Experiment& experiment, const ElementChoice& choice) {
     const Scene origin = scene(experiment);
-    const calculix::Problem problem = calculix::scene_problem(origin, choice.type, choice.geometry, choice.law);
+    calculix::Problem problem = calculix::scene_problem(origin, choice.type, choice.geometry, choice.law);
+    const std::vector<std::uint32_t> cells = compared_cells(experiment);
+    problem.stresses = !cells.empty();
     if (!calculix::is_installed()) {
         throw std::runtime_error(calculix::kNotInstalled);
     }
@@ -153,6 +162,7 @@ Figures solve_finite_elements(const Experiment& experiment, const ElementChoice&
     figures.volume_change = measure_volume_change(solution.displacements, cell_corners(lattice), lattice.cell_size())
                                 .relative_volume_change;
     figures.pictured = picked(solution.displacements, pictured_nodes(experiment));
+    figures.stresses = picked(solution.stresses, cells);
     return figures;
 }
 
@@ -167,6 +177,22 @@ double mean_distance(const Figures& a, const Figures& b) {
         sum += std::hypot(u[0] - v[0], u[1] - v[1], u[2] - v[2]);
     }
     return sum / static_cast<double>(a.pictured.size());
+}
+
+double stress_distance(const Figures& a, const Figures& of) {
+    if (a.stresses.size() != of.stresses.size() || a.stresses.empty()) {
+        throw std::invalid_argument("stress_distance: " + std::to_string(a.stresses.size()) + " and " +
+                                    std::to_string(of.stresses.size()) + " cells; the same number above 0 is wanted");
+    }
+    double sum = 0, whole = 0;
+    for (std::size_t n = 0; n < a.stresses.size(); ++n) {
+        for (std::size_t c = 0; c < 6; ++c) {
+            const double times = c < 3 ? 1 : 2, d = a.stresses[n][c] - of.stresses[n][c];
+            sum += times * d * d;
+            whole += times * of.stresses[n][c] * of.stresses[n][c];
+        }
+    }
+    return std::sqrt(sum / whole);
 }
 
 namespace {
@@ -201,6 +227,9 @@ FiniteElements::FiniteElements(Source source) : source_(source) {
             figures.seconds = entry.value("seconds", 0.0);
             for (const auto& u : entry.value("pictured", nlohmann::json::array())) {
                 figures.pictured.push_back(u.get<std::array<double, 3>>());
+            }
+            for (const auto& s : entry.value("stresses", nlohmann::json::array())) {
+                figures.stresses.push_back(s.get<std::array<double, 6>>());
             }
         }
     } catch (const nlohmann::json::exception& error) {
@@ -240,6 +269,12 @@ void FiniteElements::write(std::ostream& out) const {
             entry["seconds"] = rounded(figures.seconds);
             for (const auto& u : figures.pictured) {
                 entry["pictured"].push_back({rounded(u[0]), rounded(u[1]), rounded(u[2])});
+            }
+            for (const auto& s : figures.stresses) {
+                auto& row = entry["stresses"].emplace_back();
+                for (const double component : s) {
+                    row.push_back(rounded(component));
+                }
             }
         } else {
             entry["failure"] = figures.failure;

@@ -37,6 +37,7 @@ struct Figures {
     /// the sum over the plate's nodes of the arm times the force across the axis; else the response.
     double size = 0;
     std::vector<std::array<double, 3>> pictured; ///< displacements of pictured_nodes(), m
+    std::vector<std::array<double, 6>> stresses; ///< Cauchy stress of compared_cells(), Pa: xx, yy, zz, xy, yz, xz
     double seconds = 0;                          ///< of the whole solve
     bool good() const { return failure.empty(); }
 };
@@ -66,6 +67,10 @@ Figures solve_finite_elements(const Experiment& experiment, const ElementChoice&
 
 /// The mean distance between two sets of pictured nodes, m. Same size.
 double mean_distance(const Figures& a, const Figures& b);
+
+/// How far stresses lie from others, over the latter: the square root of the sums of squares over cells and over the
+/// nine components of the tensors. Same size.
+double stress_distance(const Figures& a, const Figures& of);
 
 /// CalculiX's answers by experiment. Not for concurrent use.
 class FiniteElements {

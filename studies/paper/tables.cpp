@@ -19,6 +19,7 @@ const std::vector<TableEntry>& tables() {
         {"layers", layer_table},
         {"timing", timing_table},
         {"strain", strain_table},
+        {"stress", stress_table},
         {"beam-mesh", beam_mesh_table},
         {"order", order_table},
         {"waves", wave_table},

@@ -32,6 +32,8 @@ Table layer_table(TableContext& context);
 Table timing_table(TableContext& context);
 /// At nu = 1/4 and A = 1 beside CalculiX on the same mesh, from 1 % and 1 degree to where the material laws part.
 Table strain_table(TableContext& context);
+/// The stress inside the compressed cube beside CalculiX's.
+Table stress_table(TableContext& context);
 /// The tip of a stiff beam on meshes of 2 to 32 cells across.
 Table beam_mesh_table(TableContext& context);
 /// A smooth problem with a known solution: the order in which the error falls.

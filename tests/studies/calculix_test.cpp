@@ -85,6 +85,25 @@ TEST(CalculixResults, last_increment_counts) {
     EXPECT_THROW(calculix::read_node_table(path, "displacements", 1), std::runtime_error);
 }
 
+TEST(CalculixResults, stresses_are_means_over_points) {
+    const test::TemporaryDirectory directory;
+    const auto path = directory.path() / "body.dat";
+    const std::string heading = "\n stresses (elem, integ.pnt.,sxx,syy,szz,sxy,sxz,syz) for set SOLID and time  ";
+    test::write_text(path, heading +
+                               "0.5000000E+00\n\n"
+                               "         1   1  9.0E+00  9.0E+00  9.0E+00  9.0E+00  9.0E+00  9.0E+00\n" +
+                               heading +
+                               "0.1000000E+01\n\n"
+                               "         1   1  1.0E+00  2.0E+00  3.0E+00  4.0E+00  6.0E+00  5.0E+00\n"
+                               "         1   2  3.0E+00  2.0E+00  1.0E+00  0.0E+00 -6.0E+00  7.0E+00\n"
+                               "         2   1  0.0E+00  0.0E+00  0.0E+00  0.0E+00  1.0E+00  0.0E+00\n");
+    const auto s = calculix::read_stresses(path, 2);
+    EXPECT_EQ(s[0], (std::array<double, 6>{2, 2, 2, 2, 6, 0}));
+    EXPECT_EQ(s[1], (std::array<double, 6>{0, 0, 0, 0, 0, 1}));
+    EXPECT_THROW(calculix::read_stresses(path, 1), std::runtime_error);
+    EXPECT_THROW(calculix::read_stresses(path, 3), std::runtime_error);
+}
+
 TEST(CalculixProgram, is_missed_in_one_line) {
     const std::string path = std::getenv("PATH");
     ::setenv("PATH", "/nowhere", 1);
