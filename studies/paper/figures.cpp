@@ -75,11 +75,14 @@ Figures solve_lattice(const Experiment& experiment, const Material& material) {
     figures.size = size(experiment.kind, simulation, figures.response);
     figures.pictured = picked(simulation.displacements(), pictured_nodes(experiment));
     if (const std::vector<std::uint32_t> cells = compared_cells(experiment); !cells.empty()) {
-        std::vector<std::array<double, 6>> stresses;
+        std::vector<std::array<double, 6>> stresses, nominal;
         for (const CellStress& stress : simulation.cell_stresses()) {
+            const std::array<double, 9>& p = stress.first_piola;
             stresses.push_back(stress.cauchy);
+            nominal.push_back({p[0], p[4], p[8], (p[1] + p[3]) / 2, (p[5] + p[7]) / 2, (p[2] + p[6]) / 2});
         }
         figures.stresses = picked(stresses, cells);
+        figures.nominal = picked(nominal, cells);
     }
     return figures;
 }
@@ -179,17 +182,17 @@ double mean_distance(const Figures& a, const Figures& b) {
     return sum / static_cast<double>(a.pictured.size());
 }
 
-double stress_distance(const Figures& a, const Figures& of) {
-    if (a.stresses.size() != of.stresses.size() || a.stresses.empty()) {
-        throw std::invalid_argument("stress_distance: " + std::to_string(a.stresses.size()) + " and " +
-                                    std::to_string(of.stresses.size()) + " cells; the same number above 0 is wanted");
+double stress_distance(const std::vector<std::array<double, 6>>& a, const std::vector<std::array<double, 6>>& of) {
+    if (a.size() != of.size() || a.empty()) {
+        throw std::invalid_argument("stress_distance: " + std::to_string(a.size()) + " and " +
+                                    std::to_string(of.size()) + " cells; the same number above 0 is wanted");
     }
     double sum = 0, whole = 0;
-    for (std::size_t n = 0; n < a.stresses.size(); ++n) {
+    for (std::size_t n = 0; n < a.size(); ++n) {
         for (std::size_t c = 0; c < 6; ++c) {
-            const double times = c < 3 ? 1 : 2, d = a.stresses[n][c] - of.stresses[n][c];
+            const double times = c < 3 ? 1 : 2, d = a[n][c] - of[n][c];
             sum += times * d * d;
-            whole += times * of.stresses[n][c] * of.stresses[n][c];
+            whole += times * of[n][c] * of[n][c];
         }
     }
     return std::sqrt(sum / whole);

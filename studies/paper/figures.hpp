@@ -38,7 +38,9 @@ struct Figures {
     double size = 0;
     std::vector<std::array<double, 3>> pictured; ///< displacements of pictured_nodes(), m
     std::vector<std::array<double, 6>> stresses; ///< Cauchy stress of compared_cells(), Pa: xx, yy, zz, xy, yz, xz
-    double seconds = 0;                          ///< of the whole solve
+    std::vector<std::array<double, 6>>
+        nominal;        ///< likewise of the lattice the symmetric part of the first Piola stress
+    double seconds = 0; ///< of the whole solve
     bool good() const { return failure.empty(); }
 };
 
@@ -70,7 +72,7 @@ double mean_distance(const Figures& a, const Figures& b);
 
 /// How far stresses lie from others, over the latter: the square root of the sums of squares over cells and over the
 /// nine components of the tensors. Same size.
-double stress_distance(const Figures& a, const Figures& of);
+double stress_distance(const std::vector<std::array<double, 6>>& a, const std::vector<std::array<double, 6>>& of);
 
 /// CalculiX's answers by experiment. Not for concurrent use.
 class FiniteElements {

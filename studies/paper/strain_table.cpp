@@ -93,33 +93,37 @@ Table strain_table(TableContext& context) {
 }
 
 Table stress_table(TableContext& context) {
-    Table table{"stress",
-                "Stress beside finite elements",
-                {"The cube of 10 x 10 x 10 cells between clamped plates, pressed, nu = 0.25: the Cauchy stress of the "
-                 "cells without the outermost layer, each against the mean over the C3D8I element in its place. The "
-                 "difference of the whole fields, as the root of the sum of squares over cells and components, over "
-                 "the size of CalculiX's. The last columns are how far its own laws lie from each other."},
-                {{"amount", "amount"},
-                 {"model", "model"},
-                 {"to_linear", "to linear, %", 2},
-                 {"to_nlgeom", "to NLGEOM, %", 2},
-                 {"to_neo_hooke", "to neo-Hooke, %", 2},
-                 {"linear_to_nlgeom", "linear to NLGEOM, %", 2},
-                 {"neo_hooke_to_nlgeom", "neo-Hooke to NLGEOM, %", 2}},
-                {},
-                {}};
+    Table table{
+        "stress",
+        "Stress beside finite elements",
+        {"The cube of 10 x 10 x 10 cells between clamped plates, pressed, nu = 0.25: the Cauchy stress of the "
+         "cells without the outermost layer, each against the mean over the C3D8I element in its place. The "
+         "difference of the whole fields, as the root of the sum of squares over cells and components, over "
+         "the size of CalculiX's. The last columns are how far its own laws lie from each other."},
+        {{"amount", "amount"},
+         {"model", "model"},
+         {"nominal_to_linear", "nominal to linear, %", 2},
+         {"to_nlgeom", "Cauchy to NLGEOM, %", 2},
+         {"to_neo_hooke", "to neo-Hooke, %", 2},
+         {"linear_to_nlgeom", "linear to NLGEOM, %", 2},
+         {"neo_hooke_to_nlgeom", "neo-Hooke to NLGEOM, %", 2}},
+        {},
+        {"Nominal: the first Piola stress, which small-strain elasticity does not tell from Cauchy's.",
+         "At 5 % CalculiX's own laws lie 11 to 14 % from each other, and the lattice between them; what is its own "
+         "shows where they agree."}};
     for (const double amount : {0.1, 1.0, 5.0}) {
         const Experiment experiment{.kind = Kind::compression, .amount = amount};
         context.progress(key(experiment) + ", stress");
         const Figures& linear = context.finite_elements.figures(experiment, {.geometry = calculix::Geometry::linear});
         const Figures& nlgeom = context.finite_elements.figures(experiment);
         const Figures& neo_hooke = context.finite_elements.figures(experiment, {.law = calculix::Law::neo_hooke});
-        const auto distance = [](const Figures& a, const Figures& of) {
-            return a.good() && of.good() ? Cell(100 * stress_distance(a, of)) : Cell();
+        const auto distance = [](const Figures& a, const Figures& of, bool nominal = false) {
+            return a.good() && of.good() ? Cell(100 * stress_distance(nominal ? a.nominal : a.stresses, of.stresses))
+                                         : Cell();
         };
         for (const Model model : {Model::hybmss, Model::hybmss_m}) {
             const Figures ours = solve_lattice(experiment, model);
-            table.rows.push_back({amount_text(experiment), std::string(name(model)), distance(ours, linear),
+            table.rows.push_back({amount_text(experiment), std::string(name(model)), distance(ours, linear, true),
                                   distance(ours, nlgeom), distance(ours, neo_hooke), distance(linear, nlgeom),
                                   distance(neo_hooke, nlgeom)});
         }

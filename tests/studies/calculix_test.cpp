@@ -125,14 +125,20 @@ TEST(CalculixProgram, compresses_a_cube) {
     const Scene scene = paper::scene({.amount = 20, .poisson_ratio = 0, .across = 2});
     for (const ElementType type : {ElementType::c3d8i, ElementType::c3d20}) {
         for (const Geometry geometry : {Geometry::linear, Geometry::nonlinear}) {
-            const calculix::Problem problem = calculix::scene_problem(scene, type, geometry);
+            calculix::Problem problem = calculix::scene_problem(scene, type, geometry);
+            problem.stresses = true;
             const calculix::Solution solution = calculix::solve(problem);
+            ASSERT_EQ(solution.stresses.size(), 8u);
             double force = 0;
             for (std::size_t n = 0; n < problem.mesh.rest.size(); ++n) {
                 force += problem.mesh.rest[n][1] == 5 ? solution.support[n][1] : 0;
             }
             const double e = 0.2, EA = 1e4 * 25;
             const double expected = geometry == Geometry::linear ? EA * e : EA * (e - 1.5 * e * e + 0.5 * e * e * e);
+            for (const auto& stress : solution.stresses) { // Cauchy's: no area changes
+                EXPECT_NEAR(stress[1], -expected / 25, 1e-5 * expected / 25);
+                EXPECT_NEAR(stress[0], 0, 1e-5 * expected / 25);
+            }
             EXPECT_NEAR(force, -expected, 1e-5 * expected) << calculix::name(type) << calculix::name(geometry);
             EXPECT_NEAR(solution.displacements[13][1], -0.5, 1e-6); // the node in the middle
         }
