@@ -56,4 +56,5 @@ void add_record_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_verify_command(CLI::App& app);
 void add_tune_command(CLI::App& app);
+void add_view_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

@@ -12,6 +12,9 @@ int main(int argc, char** argv) {
     add_replay_command(app);
     add_verify_command(app);
     add_tune_command(app);
+#ifdef HYBMSS_WITH_VIEW
+    add_view_command(app);
+#endif
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);
 #endif

@@ -194,6 +194,8 @@ Matrix product(const Matrix& a, const Matrix& b) {
     return c;
 }
 
+} // namespace
+
 std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
     const std::vector<RigidPose> poses = simulation.obstacle_poses();
     std::vector<VtuObstacle> drawn;
@@ -217,8 +219,6 @@ std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
     }
     return drawn;
 }
-
-} // namespace
 
 OwnedDirectory::OwnedDirectory(std::filesystem::path path) : path_(std::move(path)) {
     std::error_code error;

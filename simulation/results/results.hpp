@@ -28,6 +28,9 @@ struct NotFinite : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// The scene's obstacles where they are at present.
+std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation);
+
 /// A directory, made where it is missing, that no other process may have as its own at the same time.
 class OwnedDirectory {
 public:

@@ -1,9 +1,13 @@
 #include "simulation/results/vtu_file.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/results/atomic_file.hpp"
 
 #include <bit>
+#include <cmath>
+#include <cstring>
 #include <sstream>
+#include <stdexcept>
 
 namespace hybmss {
 namespace {
@@ -32,6 +36,45 @@ public:
 private:
     std::string data_;
 };
+
+constexpr std::string_view kDataBegin = "<AppendedData encoding=\"raw\">\n_", kDataEnd = "\n</AppendedData>";
+
+/// The value of an attribute of the first tag; "" where it has none.
+std::string_view attribute(std::string_view tag, const char* name) {
+    tag = tag.substr(0, tag.find('>'));
+    const std::string key = printed(" %s=\"", name);
+    const std::size_t at = tag.find(key);
+    if (at == std::string_view::npos) {
+        return {};
+    }
+    tag.remove_prefix(at + key.size());
+    return tag.substr(0, tag.find('"'));
+}
+
+/// The values of an array; none where the header does not name it.
+template <class T>
+std::vector<T> read_array(std::string_view header, std::string_view data, const char* name) {
+    const std::size_t at = header.find(printed(" Name=\"%s\"", name));
+    if (at == std::string_view::npos) {
+        return {};
+    }
+    std::size_t offset = 0;
+    std::uint64_t bytes = 0;
+    const bool placed = parse_number(attribute(header.substr(at), "offset"), offset) && offset <= data.size() &&
+                        data.size() - offset >= sizeof bytes;
+    if (placed) {
+        std::memcpy(&bytes, data.data() + offset, sizeof bytes);
+        data.remove_prefix(offset + sizeof bytes);
+    }
+    if (!placed || bytes > data.size() || bytes % sizeof(T) != 0) {
+        throw std::invalid_argument(printed("the array %s is damaged", name));
+    }
+    std::vector<T> values(bytes / sizeof(T));
+    if (bytes > 0) {
+        std::memcpy(values.data(), data.data(), bytes);
+    }
+    return values;
+}
 
 } // namespace
 
@@ -92,11 +135,33 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     appended.add(header, "Int32", "connectivity", 1, std::span<const std::int32_t>(connectivity));
     appended.add(header, "Int64", "offsets", 1, std::span<const std::int64_t>(offsets));
     appended.add(header, "UInt8", "types", 1, std::span<const std::uint8_t>(types));
-    header << "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+    header << "</Cells>\n</Piece>\n</UnstructuredGrid>\n" << kDataBegin;
 
     AtomicFile file(path);
-    file.stream() << header.str() << appended.data() << "\n</AppendedData>\n</VTKFile>\n";
+    file.stream() << header.str() << appended.data() << kDataEnd << "\n</VTKFile>\n";
     file.commit();
+}
+
+VtuShape parse_vtu(std::string_view text) {
+    const std::size_t begin = text.find(kDataBegin);
+    if (!text.starts_with(kVtuBeginning) || begin == std::string_view::npos) {
+        throw std::invalid_argument("it is no .vtu file of hybmss");
+    }
+    const std::string_view header = text.substr(0, begin), data = text.substr(begin + kDataBegin.size());
+    VtuShape shape;
+    shape.points = read_array<Vector3>(header, data, "Points");
+    shape.obstacles = read_array<VtuObstacle>(header, data, "obstacles");
+    for (const auto& corners : read_array<std::array<std::int32_t, 8>>(header, data, "connectivity")) {
+        std::array<std::uint32_t, 8>& cell = shape.cells.emplace_back();
+        for (std::size_t c = 0; c < 8; ++c) {
+            cell[kVtkCorners[c]] = static_cast<std::uint32_t>(corners[c]);
+            if (cell[kVtkCorners[c]] >= shape.points.size()) {
+                throw std::invalid_argument(
+                    printed("a cell names the point %d, of %zu", corners[c], shape.points.size()));
+            }
+        }
+    }
+    return shape;
 }
 
 void write_vtp(const std::filesystem::path& path, const VtpMesh& mesh) {
@@ -133,6 +198,30 @@ void write_pvd(const std::filesystem::path& path, std::span<const PvdFrame> fram
     }
     text << "</Collection>\n</VTKFile>\n";
     write_file(path, text.str());
+}
+
+std::vector<PvdFrame> parse_pvd(std::string_view text) {
+    if (text.find("<VTKFile type=\"Collection\"") == std::string_view::npos) {
+        throw std::invalid_argument("it is no .pvd file");
+    }
+    std::vector<PvdFrame> frames;
+    constexpr std::string_view kTag = "<DataSet ";
+    for (std::size_t at = text.find(kTag); at != std::string_view::npos; at = text.find(kTag, at + 1)) {
+        const std::string_view tag = text.substr(at), file = attribute(tag, "file");
+        PvdFrame& frame = frames.emplace_back();
+        frame.file = file;
+        if (!parse_number(attribute(tag, "timestep"), frame.time) || !std::isfinite(frame.time) ||
+            !parse_number(attribute(tag, "part"), frame.part) || frame.part < 0 || file.empty()) {
+            throw std::invalid_argument(printed("data set %zu has no time, part or file", frames.size()));
+        }
+        const std::filesystem::path path(file);
+        for (const auto& step : path) {
+            if (path.is_absolute() || step == "..") {
+                throw std::invalid_argument(printed("data set %zu names a file elsewhere", frames.size()));
+            }
+        }
+    }
+    return frames;
 }
 
 } // namespace hybmss

@@ -53,6 +53,15 @@ inline constexpr std::string_view kVtuBeginning = "<?xml version=\"1.0\"?>\n<VTK
 /// Binary (appended raw data, little endian as the machine is), written whole or not at all.
 void write_vtu(const std::filesystem::path& path, const VtuGrid& grid);
 
+/// What is read of such a file again.
+struct VtuShape {
+    std::vector<Vector3> points; ///< m
+    std::vector<std::array<std::uint32_t, 8>> cells;
+    std::vector<VtuObstacle> obstacles;
+};
+/// The text of a file by write_vtu(). Throws std::invalid_argument that says why it is none.
+VtuShape parse_vtu(std::string_view text);
+
 /// Likewise of triangles; one normal a point.
 struct VtpMesh {
     std::span<const Vector3> points; ///< m
@@ -69,5 +78,8 @@ struct PvdFrame {
     int part = 0; ///< of those at one time
 };
 void write_pvd(const std::filesystem::path& path, std::span<const PvdFrame> frames);
+/// The text of a file by write_pvd(). Throws std::invalid_argument where it is none, or names a file elsewhere than in
+/// its folder or those below.
+std::vector<PvdFrame> parse_pvd(std::string_view text);
 
 } // namespace hybmss

@@ -379,6 +379,16 @@ WorldSummary WorldSimulation::run(const RunCallbacks& callbacks) {
     return summary;
 }
 
+std::size_t WorldSimulation::attach(const Attachment& attachment) {
+    return std::visit([&](auto& w) { return w.attach(attachment); }, implementation_->world);
+}
+void WorldSimulation::move_anchor(std::size_t attachment, const std::array<double, 3>& point) {
+    std::visit([&](auto& w) { w.move_anchor(attachment, point); }, implementation_->world);
+}
+void WorldSimulation::detach(std::size_t attachment) {
+    std::visit([&](auto& w) { w.detach(attachment); }, implementation_->world);
+}
+
 std::vector<NamedContactReading> WorldSimulation::contacts() const {
     std::vector<NamedContactReading> named = implementation_->touching;
     const std::vector<BodyContactReading> readings =

@@ -68,6 +68,11 @@ public:
     /// As Simulation::run(); after a failure the world takes no more steps. Checkpoints are not written.
     WorldSummary run(const RunCallbacks& callbacks = {});
 
+    /// Ties and pulls bodies besides what the scene says, as World::attach(), move_anchor() and detach() do, and throw.
+    std::size_t attach(const Attachment& attachment);
+    void move_anchor(std::size_t attachment, const std::array<double, 3>& point);
+    void detach(std::size_t attachment);
+
     std::vector<NamedContactReading> contacts() const;
     std::vector<AttachmentReading> attachments() const;
 
