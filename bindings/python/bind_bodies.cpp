@@ -114,7 +114,7 @@ void bind_bodies(py::module_& module) {
 
 } // namespace hybmss::python
 
-PYBIND11_MODULE(hybmss, module) {
+PYBIND11_MODULE(_hybmss, module) {
     module.doc() =
         "Elastic bodies as hybrid mass-spring systems: forces and energies over NumPy arrays, motion, scenes.";
     module.attr("__version__") = hybmss::kVersion;

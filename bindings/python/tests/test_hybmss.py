@@ -2,8 +2,10 @@ import ast
 import inspect
 import os
 import pathlib
+import struct
 import subprocess
 import sys
+import zlib
 
 import hybmss
 import numpy as np
@@ -367,9 +369,9 @@ def test_work_precision_tells_of_its_arguments(tmp_path):
 
 
 def test_stubs_name_what_the_module_has():
-    tree = ast.parse((SOURCE / "bindings/python/hybmss.pyi").read_text())
+    tree = ast.parse((SOURCE / "bindings/python/hybmss/__init__.pyi").read_text())
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    assert functions == {name for name, value in vars(hybmss).items() if inspect.isbuiltin(value)}
+    assert functions == {name for name, value in vars(hybmss).items() if inspect.isroutine(value)}
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     assert set(classes) == {name for name, value in vars(hybmss).items() if inspect.isclass(value)}
     for name, node in classes.items():
@@ -377,10 +379,86 @@ def test_stubs_name_what_the_module_has():
             continue
         stub = {m.name for m in node.body if isinstance(m, ast.FunctionDef)}
         stub |= {m.target.id for m in node.body if isinstance(m, ast.AnnAssign)}
-        own = {m for m in vars(getattr(hybmss, name)) if not m.startswith("_") or m in ("__init__", "__len__", "__getitem__")}
+        special = ("__init__", "__len__", "__getitem__", "_repr_html_", "_repr_png_")
+        own = {m for m in vars(getattr(hybmss, name)) if not m.startswith("_") or m in special}
         # pybind11 gives every class an __init__, which refuses.
         assert stub - own == set() and own - stub <= {"__init__"}, name
         assert getattr(hybmss, name).__doc__
+        assert getattr(hybmss, name).__module__ == "hybmss"
+
+
+def pixels(png):
+    """Of a file with rows that are not filtered."""
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    chunks, at = {}, 8
+    while at < len(png):
+        size, kind = struct.unpack(">I4s", png[at:at + 8])
+        data = png[at + 8:at + 8 + size]
+        assert struct.unpack(">I", png[at + 8 + size:at + 12 + size])[0] == zlib.crc32(kind + data)
+        chunks[kind] = data
+        at += 12 + size
+    width, height, depth, colours = struct.unpack(">IIBB", chunks[b"IHDR"][:10])
+    assert (depth, colours) == (8, 6) and b"IEND" in chunks
+    rows = np.frombuffer(zlib.decompress(chunks[b"IDAT"]), np.uint8).reshape(height, 1 + 4 * width)
+    assert not rows[:, 0].any()
+    return rows[:, 1:].reshape(height, width, 4)
+
+
+@pytest.mark.parametrize("cells", [(1, 1, 1), (4, 3, 5), (60, 2, 40)])
+def test_pictures_show_all_of_a_body_and_nothing_else(cells):
+    lattice = hybmss.Lattice.box(*cells, 0.1)
+    picture = hybmss.picture(lattice)
+    image = pixels(picture.png)
+    # Three sides of a box are seen, each with the part of its area that is across the line of sight.
+    turn, tilt = 0.6, 0.3
+    right = np.array([np.cos(turn), 0, -np.sin(turn)])
+    eye = np.array([np.sin(turn) * np.cos(tilt), np.sin(tilt), np.cos(turn) * np.cos(tilt)])
+    size = np.array(cells, float)
+    wide, high = size @ abs(right), size @ abs(np.cross(eye, right))
+    seen = np.prod(size) * (abs(eye) / size).sum() / (wide * high)
+    rows, columns = np.nonzero(image[..., 3].any(axis=1))[0], np.nonzero(image[..., 3].any(axis=0))[0]
+    box = (rows[-1] - rows[0] + 1) * (columns[-1] - columns[0] + 1)
+    assert image[..., 3].sum() / 255 / box == pytest.approx(seen, rel=0.03)
+    assert (columns[-1] - columns[0]) / (rows[-1] - rows[0]) == pytest.approx(wide / high, rel=0.03)
+    # A shade a side; between them, where sides meet, mixed ones.
+    counts = np.sort(np.unique(image[image[..., 3] == 255], axis=0, return_counts=True)[1])
+    assert counts[-3:].sum() > 0.95 * counts.sum() and counts[-3] > 0.02 * counts.sum()
+    assert f"{lattice.cell_count} of" in picture.text and picture.text in picture._repr_html_()
+    assert picture._repr_png_() == picture.png and hybmss.picture(lattice).png == picture.png
+
+
+def test_pictures_follow_the_body(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text((SOURCE / "examples/scenes/compression_nu025.toml").read_text())
+    simulation = hybmss.Simulation(str(scene))
+    at_rest = simulation._repr_html_()
+    assert simulation.lattice._repr_html_().split('src="')[1].split('"')[0] in at_rest
+    simulation.step(300)
+    assert simulation._repr_html_().split('src="')[1] != at_rest.split('src="')[1]
+    stretched = 0.5 * simulation.lattice.rest_positions() * [1, 0, 0]
+    tall, wide = (pixels(hybmss.picture(simulation.lattice, u).png)[..., 3].any(axis=0).sum() for u in (0 * stretched, stretched))
+    assert wide > tall
+    with pytest.raises(ValueError, match="finite"):
+        hybmss.picture(simulation.lattice, stretched * np.nan)
+    with pytest.raises(ValueError, match="shape|nodes"):
+        hybmss.picture(simulation.lattice, stretched[1:])
+
+
+def test_the_package_runs_scenes(tmp_path):
+    scene = SOURCE / "examples/scenes/compression_nu0499.toml"
+    run = [sys.executable, "-m", "hybmss"]
+    told = subprocess.run([*run, scene, "--quiet", "--out", tmp_path / "out"], capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0 and "settled" in told.stdout and (tmp_path / "out/summary.json").is_file()
+    told = subprocess.run([*run, "--version"], capture_output=True, text=True, timeout=60)
+    assert told.stdout.strip() == hybmss.__version__
+    assert subprocess.run([*run, "nothing.toml"], capture_output=True, timeout=60).returncode == 2
+
+
+@pytest.mark.parametrize("example", ["energies", "skin"])
+def test_examples_plot(example, tmp_path):
+    pytest.importorskip("matplotlib")
+    subprocess.run([sys.executable, SOURCE / f"examples/python/{example}.py"], cwd=tmp_path, check=True, timeout=120)
+    assert (tmp_path / f"{example}.png").read_bytes().startswith(b"\x89PNG")
 
 
 if __name__ == "__main__":
