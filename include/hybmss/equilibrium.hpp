@@ -120,12 +120,30 @@ struct ModesOptions {
     PreconditionerKind preconditioner = PreconditionerKind::automatic;
     /// Called at every iteration with its number and how many modes are found; false stops. May be empty.
     std::function<bool(int iteration, int found)> progress = {};
+    /// modes() alone: those that act at the state, Pa, one a face of EquilibriumSolver::press(); or none at all.
+    std::vector<double> pressures = {};
 };
 
 struct ModesResult {
     bool converged = false;
     std::vector<Mode> modes; ///< from the lowest on, those of free motions of the whole body left out
     int rigid_motions = 0;   ///< how many: 6 of a free body at rest
+    int iterations = 0;
+    long products = 0; ///< of second derivatives with a vector
+    std::string_view preconditioner;
+};
+
+/// A way in which a body gives way under its loading.
+struct BucklingLoad {
+    double factor = 0;                        ///< of the loading, above 0: the part of it at which the body gives way
+    double residual = 0;                      ///< |K x + factor K_g x| over |K x|, in the norm of M^-1
+    std::vector<std::array<double, 3>> shape; ///< one a node; the greatest displacement is 1 m
+};
+
+struct BucklingResult {
+    bool converged = false;
+    std::string message;             ///< why there are none, or not so many, in one line; "" where all is well
+    std::vector<BucklingLoad> loads; ///< from the least factor on
     int iterations = 0;
     long products = 0; ///< of second derivatives with a vector
     std::string_view preconditioner;
@@ -178,10 +196,18 @@ public:
                            VectorField<T> velocity, const EquilibriumOptions& options = {});
 
     /// The lowest vibrations about the displacements (m), which should be an equilibrium, while the components named by
-    /// `supports` stay where they are; loads are dead and have no part in it, nor have pressures. In double to any
+    /// `supports` stay where they are; dead loads have no part in it, pressures that are given have. In double to any
     /// tolerance that makes sense; in float residuals below a thousandth are not to be had. Throws as solve() does.
     ModesResult modes(std::span<const PrescribedNode> supports, VectorField<const T> displacement,
                       const ModesOptions& options = {});
+
+    /// The least factors of a loading at which the body at rest gives way, by linear theory: K x = -factor K_g x, with
+    /// the stiffness K at rest and its change K_g with the loading, by differences of K between the equilibria under a
+    /// small part of the loading and under its reverse. Supports that move and pressures are parts of the loading too.
+    /// What deforms much before it gives way does so elsewhere: modes() of the loaded body tell. A body that is free to
+    /// move as a whole has none. Throws as solve() does, and std::invalid_argument in float, where such differences
+    /// are lost.
+    BucklingResult buckling(const Loading& loading, const ModesOptions& options = {});
 
     /// What a later solve takes over from those before it, all that a solver remembers: where multigrid last ended its
     /// estimate of a spectrum. Three values a node, or none. With it, another solver made in the same way goes on with

@@ -162,17 +162,101 @@ RigidMotions rigid_motions(Scaled<T>& scaled, std::span<const std::uint8_t> held
     return found;
 }
 
-/// Random shapes that the preconditioner has smoothed: the same on every machine, but for rounding.
-template <class T>
-MatrixXd start(Scaled<T>& scaled, Preconditioner<T>& preconditioner, Index count) {
+/// Random shapes, the same on every machine.
+MatrixXd random_shapes(Index components, Index count) {
     std::mt19937 random(1);
-    MatrixXd shapes(scaled.size(), count);
+    MatrixXd shapes(components, count);
     for (Index column = 0; column < count; ++column) {
-        for (Index i = 0; i < shapes.rows(); ++i) {
+        for (Index i = 0; i < components; ++i) {
             shapes(i, column) = static_cast<double>(random()) / 4294967296.0 - 0.5;
         }
     }
-    return scaled.preconditioned(preconditioner, shapes);
+    return shapes;
+}
+
+using OfColumns = std::function<MatrixXd(const MatrixXd&)>;
+
+/// A x = value B x, and what helps to find its lowest eigenvalues.
+struct Pencil {
+    OfColumns a, b;           ///< times columns; no b: the identity
+    MatrixXd known;           ///< orthonormal shapes that are left out
+    OfColumns preconditioned; ///< of residuals
+    /// Their sizes: of the columns A x - value B x, with B x and the values.
+    std::function<VectorXd(const MatrixXd& left, const MatrixXd& b_shapes, const VectorXd& values)> measure;
+};
+
+struct Eigenpairs {
+    VectorXd values, residuals;
+    MatrixXd shapes;
+    int iterations = 0;
+    bool converged = false;
+};
+
+/// Eigenvalues and vectors of a small pencil, the former ascending.
+std::pair<VectorXd, MatrixXd> solve_densely(const MatrixXd& a, const MatrixXd* b) {
+    if (b) {
+        const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solved(a, *b);
+        return {solved.eigenvalues(), solved.eigenvectors()};
+    }
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solved(a);
+    return {solved.eigenvalues(), solved.eigenvectors()};
+}
+
+/// The `count` lowest, and perhaps more. LOBPCG, whose basis is made orthonormal in every iteration.
+Eigenpairs lowest(const Pencil& pencil, Index components, Index count, const ModesOptions& options) {
+    Eigenpairs found;
+    const MatrixXd& known = pencil.known;
+    const Index block = std::min(count + 3 + count / 4, components - known.cols());
+    if (components <= std::max(kDense, 3 * block + known.cols())) {
+        const MatrixXd every = MatrixXd::Identity(components, components);
+        const MatrixXd a = pencil.a(every), b = pencil.b ? pencil.b(every) : every;
+        // What is known goes to the end.
+        const MatrixXd matrix = a + 2 * a.norm() * known * known.transpose();
+        const auto [values, mix] = solve_densely(matrix, pencil.b ? &b : nullptr);
+        found.values = values.head(count);
+        found.shapes = mix.leftCols(count);
+        const MatrixXd b_shapes = b * found.shapes;
+        found.residuals =
+            pencil.measure(a * found.shapes - b_shapes * found.values.asDiagonal(), b_shapes, found.values);
+    } else {
+        /// Orthonormal to each other and to what is known, which is why that goes first.
+        const auto fresh = [&known](const MatrixXd& columns) {
+            MatrixXd all(columns.rows(), known.cols() + columns.cols());
+            all << known, columns;
+            return MatrixXd(orthonormal(all).rightCols(columns.cols()));
+        };
+        found.shapes = fresh(pencil.preconditioned(random_shapes(components, block)));
+        MatrixXd steps(components, 0), before = steps;
+        while (true) {
+            MatrixXd basis(components, found.shapes.cols() + steps.cols() + before.cols());
+            basis << found.shapes, steps, before;
+            basis = fresh(basis);
+            const MatrixXd a = pencil.a(basis), b = pencil.b ? pencil.b(basis) : MatrixXd();
+            const MatrixXd small_a = basis.transpose() * a, small_b = basis.transpose() * b;
+            const auto [values, vectors] = solve_densely(small_a, pencil.b ? &small_b : nullptr);
+            const MatrixXd mix = vectors.leftCols(block);
+            found.values = values.head(block);
+            found.shapes = basis * mix;
+            before = basis.rightCols(basis.cols() - block) * mix.bottomRows(basis.cols() - block);
+            const MatrixXd b_shapes = pencil.b ? MatrixXd(b * mix) : found.shapes;
+            const MatrixXd left = a * mix - b_shapes * found.values.asDiagonal();
+            found.residuals = pencil.measure(left, b_shapes, found.values);
+            const auto converged = (found.residuals.head(count).array() <= options.tolerance).count();
+            if (converged == count || found.iterations >= options.iterations ||
+                (options.progress && !options.progress(found.iterations, static_cast<int>(converged)))) {
+                break;
+            }
+            ++found.iterations;
+            steps = pencil.preconditioned(left);
+            for (Index column = 0; column < steps.cols(); ++column) {
+                const double size = steps.col(column).norm();
+                steps.col(column) /= size > 0 ? size : 1;
+            }
+        }
+    }
+    found.converged =
+        found.residuals.size() >= count && (found.residuals.head(count).array() <= options.tolerance).all();
+    return found;
 }
 
 } // namespace
@@ -189,87 +273,111 @@ ModesResult lowest_modes(Potential<T>& potential, State<T>& state,
         return result;
     }
     const RigidMotions rigid = rigid_motions(scaled, potential.held(), places(potential, state));
-    const MatrixXd& known = rigid.shapes;
-    const bool moves = known.cols() > 0;
-    if (moves) {
+    const Index free_motions = rigid.shapes.cols();
+    if (free_motions > 0) {
         std::vector<T> rest(3 * potential.body().node_count(), T(0)); // where it pulls to is no matter
         potential.pull(kPull * rigid.stretch, VectorField<T>::aos(rest.data(), rest.size() / 3));
     }
-    Preconditioner<T>& preconditioner = choose(moves);
+    Preconditioner<T>& preconditioner = choose(free_motions > 0);
     preconditioner.update(potential);
 
-    result.rigid_motions = static_cast<int>(known.cols());
+    result.rigid_motions = static_cast<int>(free_motions);
     result.preconditioner = preconditioner.name();
-    /// Orthonormal to each other and to what is known, which is why that goes first.
-    const auto fresh = [&known](const MatrixXd& columns) {
-        MatrixXd all(columns.rows(), known.cols() + columns.cols());
-        all << known, columns;
-        return MatrixXd(orthonormal(all).rightCols(columns.cols()));
-    };
-    const Index components = scaled.size(), most = components - known.cols(),
-                count = std::min<Index>(options.count, most), block = std::min(count + 3 + count / 4, most);
+    const Index count = std::min<Index>(options.count, scaled.size() - free_motions);
     if (count == 0) {
         result.converged = true;
         return result;
     }
-    VectorXd values, residuals;
-    MatrixXd shapes;
-    const auto measure = [&](const MatrixXd& left) {
-        residuals = left.colwise().norm().transpose();
-        const double least = 1e-3 * values.head(count).cwiseAbs().maxCoeff();
-        for (Index i = 0; i < residuals.size(); ++i) {
-            residuals[i] /= std::max(std::abs(values[i]), least);
-        }
-    };
-    if (components <= std::max(kDense, 3 * block + known.cols())) {
-        // What is known goes to the end.
-        const MatrixXd products = scaled.stiffness(MatrixXd::Identity(components, components));
-        const MatrixXd matrix = products + 2 * products.norm() * known * known.transpose();
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> solved(matrix);
-        values = solved.eigenvalues().head(count);
-        shapes = solved.eigenvectors().leftCols(count);
-        measure(products * shapes - shapes * values.asDiagonal());
-    } else {
-        shapes = fresh(start(scaled, preconditioner, block));
-        MatrixXd steps(scaled.size(), 0), before = steps;
-        while (true) {
-            MatrixXd basis(scaled.size(), shapes.cols() + steps.cols() + before.cols());
-            basis << shapes, steps, before;
-            basis = fresh(basis);
-            const MatrixXd products = scaled.stiffness(basis);
-            const MatrixXd matrix = basis.transpose() * products;
-            const Eigen::SelfAdjointEigenSolver<MatrixXd> solved(matrix);
-            const MatrixXd mix = solved.eigenvectors().leftCols(block);
-            values = solved.eigenvalues().head(block);
-            shapes = basis * mix;
-            before = basis.rightCols(basis.cols() - block) * mix.bottomRows(basis.cols() - block);
-            const MatrixXd left = products * mix - shapes * values.asDiagonal();
-            measure(left);
-            const auto converged = (residuals.head(count).array() <= options.tolerance).count();
-            if (converged == count || result.iterations >= options.iterations ||
-                (options.progress && !options.progress(result.iterations, static_cast<int>(converged)))) {
-                break;
-            }
-            ++result.iterations;
-            steps = scaled.preconditioned(preconditioner, left);
-            for (Index column = 0; column < steps.cols(); ++column) {
-                const double size = steps.col(column).norm();
-                steps.col(column) /= size > 0 ? size : 1;
-            }
-        }
-    }
-    result.converged = residuals.size() >= count && (residuals.head(count).array() <= options.tolerance).all();
+    const Eigenpairs found =
+        lowest({[&](const MatrixXd& y) { return scaled.stiffness(y); },
+                {},
+                rigid.shapes,
+                [&](const MatrixXd& y) { return scaled.preconditioned(preconditioner, y); },
+                [count](const MatrixXd& left, const MatrixXd&, const VectorXd& values) -> VectorXd {
+                    const double least = 1e-3 * values.head(count).cwiseAbs().maxCoeff();
+                    return left.colwise().norm().transpose().cwiseQuotient(values.cwiseAbs().cwiseMax(least));
+                }},
+               scaled.size(), count, options);
+    result.converged = found.converged;
+    result.iterations = found.iterations;
     result.products = scaled.products();
     for (Index i = 0; i < count; ++i) {
         Mode& mode = result.modes.emplace_back();
-        mode.eigenvalue = values[i];
-        mode.residual = residuals[i];
-        mode.shape = scaled.unscaled(shapes.col(i));
+        mode.eigenvalue = found.values[i];
+        mode.residual = found.residuals[i];
+        mode.shape = scaled.unscaled(found.shapes.col(i));
     }
     potential.release();
     return result;
 }
 
+template <class T>
+BucklingResult buckling_loads(Potential<T>& potential, State<T>& rest, State<T>& reversed, State<T>& loaded,
+                              double part, const std::function<void(double part)>& set,
+                              Preconditioner<T>& preconditioner, const ModesOptions& options) {
+    BucklingResult result;
+    potential.release();
+    set(0);
+    potential.linearise(rest);
+    Scaled<T> scaled(potential);
+    if (scaled.size() == 0) { // nothing can move
+        result.converged = true;
+        return result;
+    }
+    if (rigid_motions(scaled, potential.held(), places(potential, rest)).shapes.cols() > 0) {
+        result.message = "the body may move as a whole: it has no buckling loads";
+        return result;
+    }
+    preconditioner.update(potential);
+    result.preconditioner = preconditioner.name();
+    const auto at = [&](State<T>& state, double of_loading, const MatrixXd& y) {
+        set(of_loading);
+        potential.linearise(state);
+        return scaled.stiffness(y);
+    };
+    const Index count = std::min<Index>(options.count, scaled.size());
+    const Eigenpairs found = lowest(
+        {[&](const MatrixXd& y) { return MatrixXd((at(loaded, part, y) - at(reversed, -part, y)) / (2 * part)); },
+         [&](const MatrixXd& y) { return at(rest, 0, y); }, MatrixXd(scaled.size(), 0),
+         [&](const MatrixXd& y) { return scaled.preconditioned(preconditioner, y); },
+         [](const MatrixXd& left, const MatrixXd& b_shapes, const VectorXd& values) -> VectorXd {
+             const VectorXd sizes = b_shapes.colwise().norm().transpose().cwiseProduct(values.cwiseAbs());
+             return left.colwise().norm().transpose().cwiseQuotient(sizes);
+         }},
+        scaled.size(), count, options);
+    result.converged = found.converged;
+    result.iterations = found.iterations;
+    result.products = scaled.products();
+    for (Index i = 0; i < count && found.values[i] < 0; ++i) {
+        BucklingLoad& load = result.loads.emplace_back();
+        load.factor = -1 / found.values[i];
+        load.residual = found.residuals[i];
+        load.shape = scaled.unscaled(found.shapes.col(i));
+        double greatest = 0;
+        for (const std::array<double, 3>& u : load.shape) {
+            greatest = std::max(greatest, std::hypot(u[0], u[1], u[2]));
+        }
+        for (std::array<double, 3>& u : load.shape) {
+            for (double& x : u) {
+                x /= greatest;
+            }
+        }
+    }
+    if (result.loads.size() < static_cast<std::size_t>(count)) {
+        // Values at zero, of shapes that the loading does nothing to, have no residual to speak of.
+        result.converged = std::all_of(result.loads.begin(), result.loads.end(),
+                                       [&](const BucklingLoad& load) { return load.residual <= options.tolerance; });
+        result.message = result.loads.empty() ? "the loading makes the body buckle at no factor"
+                                              : "the loading makes the body buckle in so many shapes only";
+    }
+    return result;
+}
+
+template BucklingResult buckling_loads(Potential<float>&, State<float>&, State<float>&, State<float>&, double,
+                                       const std::function<void(double)>&, Preconditioner<float>&, const ModesOptions&);
+template BucklingResult buckling_loads(Potential<double>&, State<double>&, State<double>&, State<double>&, double,
+                                       const std::function<void(double)>&, Preconditioner<double>&,
+                                       const ModesOptions&);
 template ModesResult lowest_modes(Potential<float>&, State<float>&, const std::function<Preconditioner<float>&(bool)>&,
                                   const ModesOptions&);
 template ModesResult lowest_modes(Potential<double>&, State<double>&,

@@ -40,6 +40,33 @@ void validate(const EquilibriumOptions& options) {
             options.largest_load_step, "in (0, 1]");
 }
 
+void validate(const ModesOptions& options) {
+    require(options.count >= 1, "count", options.count, "at least 1");
+    require(options.tolerance > 0 && options.tolerance < 1, "tolerance", options.tolerance, "inside (0, 1)");
+    require(options.iterations >= 1, "iterations", options.iterations, "at least 1");
+}
+
+/// Supports, loads and pressures times a factor.
+Loading scaled(const Loading& loading, double factor) {
+    Loading part = loading;
+    const auto scale = [factor](std::array<double, 3>& vector) {
+        for (double& x : vector) {
+            x *= factor;
+        }
+    };
+    for (PrescribedNode& held : part.supports) {
+        scale(held.displacement);
+    }
+    for (std::array<double, 3>& force : part.forces) {
+        scale(force);
+    }
+    scale(part.acceleration);
+    for (double& pressure : part.pressures) {
+        pressure *= factor;
+    }
+    return part;
+}
+
 } // namespace
 
 std::string_view name(EquilibriumStatus status) {
@@ -417,18 +444,77 @@ template <class T>
 ModesResult EquilibriumSolver<T>::modes(std::span<const PrescribedNode> supports, VectorField<const T> displacement,
                                         const ModesOptions& options) {
     Implementation& i = *implementation_;
-    require(options.count >= 1, "count", options.count, "at least 1");
-    require(options.tolerance > 0 && options.tolerance < 1, "tolerance", options.tolerance, "inside (0, 1)");
-    require(options.iterations >= 1, "iterations", options.iterations, "at least 1");
+    validate(options);
     i.read(displacement);
     i.potential.prescribe(supports);
-    i.potential.set_pressures({}, {});
+    i.potential.set_pressures(options.pressures, supports);
     return lowest_modes<T>(
         i.potential, i.state,
         [&](bool moves) -> Preconditioner<T>& {
             return moves ? i.choose(options.preconditioner) : i.choose_static(options.preconditioner);
         },
         options);
+}
+
+template <class T>
+BucklingResult EquilibriumSolver<T>::buckling(const Loading& loading, const ModesOptions& options) {
+    Implementation& i = *implementation_;
+    validate(options);
+    if constexpr (std::is_same_v<T, float>) {
+        throw std::invalid_argument("buckling loads are found by differences that float does not hold: they want an "
+                                    "EquilibriumSolver<double>");
+    }
+    const std::size_t count = node_count();
+    std::vector<T> u(3 * count, T(0));
+    const VectorField<T> field = VectorField<T>::aos(u.data(), count);
+    BucklingResult nothing;
+    // Moves by a thousandth of a spring's length at most: differences between both signs are off by the square of the
+    // strains that makes, and by rounding over them.
+    constexpr double kMove = 1e-3;
+    EquilibriumOptions solve_options;
+    solve_options.preconditioner = options.preconditioner;
+    solve_options.tolerance = 1e-10;
+    const auto equilibrium = [&](double part) {
+        std::fill(u.begin(), u.end(), T(0));
+        return solve(scaled(loading, part), field, solve_options);
+    };
+    const double wanted = kMove * i.potential.length() * i.body->length_unit();
+    double part = 1e-6;
+    for (int attempt = 0;; ++attempt) {
+        const EquilibriumResult found = equilibrium(part);
+        const bool good = found.status == EquilibriumStatus::converged || found.residual < 1e-6;
+        double most = 0;
+        for (const T x : u) {
+            most = std::max(most, std::abs(static_cast<double>(x)));
+        }
+        if (good && most == 0) {
+            nothing.message = "the loading moves nothing";
+            return nothing;
+        }
+        if (good && most <= 2 * wanted && most >= wanted / 2) {
+            break;
+        }
+        if (attempt == 10) {
+            nothing.message = "no equilibrium under a small part of the loading: " + found.message;
+            return nothing;
+        }
+        part *= good ? std::clamp(wanted / most, 1e-9, 1e9) : 1e-6;
+    }
+    State<T> rest = i.body->make_state(false), loaded = i.body->make_state(false);
+    i.body->write(VectorField<const T>(field), 1 / i.body->length_unit(), loaded.displacement);
+    equilibrium(-part);
+    i.read(VectorField<const T>(field)); // the reversed one
+    std::fill(u.begin(), u.end(), T(0));
+    i.body->write(VectorField<const T>(field), 1 / i.body->length_unit(), rest.displacement);
+    i.potential.prescribe(loading.supports);
+    return buckling_loads<T>(
+        i.potential, rest, i.state, loaded, part,
+        [&](double of_loading) {
+            if (i.potential.pressure()) {
+                i.potential.set_pressures(scaled(loading, of_loading).pressures, loading.supports);
+            }
+        },
+        i.choose_static(options.preconditioner), options);
 }
 
 template <class T>
