@@ -1,9 +1,12 @@
 #include "hybmss/material.hpp"
 
+#include "hybmss/moduli.hpp"
 #include "layouts/messages.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace hybmss {
 namespace {
@@ -50,6 +53,48 @@ void validate(const SpringStiffening& s) {
 double largest_stiffening(const SpringStiffening& s, double strain) {
     const auto slope = [&](double e) { return 1 + 2 * s.quadratic * e + 3 * s.cubic * e * e; };
     return std::max({1.0, slope(strain), slope(-strain)});
+}
+
+YoungAndPoisson young_and_poisson(const ElasticModuli& known) {
+    const auto& [E, nu, G, K, lame] = known;
+    std::string given;
+    int count = 0;
+    const auto note = [&](const char* name, const std::optional<double>& value) {
+        if (value) {
+            require(std::isfinite(*value), name, *value, "finite");
+            given += printed("%s%s = %g", count++ == 0 ? "" : " and ", name, *value);
+        }
+    };
+    note("young_modulus", E);
+    note("poisson_ratio", nu);
+    note("shear_modulus", G);
+    note("bulk_modulus", K);
+    note("lame_modulus", lame);
+    if (count != 2) {
+        throw std::invalid_argument(std::to_string(count) +
+                                    " elastic moduli given: two of young_modulus, poisson_ratio, shear_modulus, "
+                                    "bulk_modulus and lame_modulus must be");
+    }
+    YoungAndPoisson found{};
+    if (E) {
+        // Of E and lambda: nu / ((1 + nu)(1 - 2 nu)) = lambda / E, the root that vanishes with lambda.
+        found = {*E, nu  ? *nu
+                     : G ? *E / (2 * *G) - 1
+                     : K ? 0.5 - *E / (6 * *K)
+                         : 2 * *lame / (*E + *lame + std::sqrt(*E * *E + 9 * *lame * *lame + 2 * *E * *lame))};
+    } else if (nu) {
+        found = {G ? 2 * *G * (1 + *nu) : K ? 3 * *K * (1 - 2 * *nu) : *lame * (1 + *nu) * (1 - 2 * *nu) / *nu, *nu};
+    } else {
+        // By G and K.
+        const double shear = G ? *G : 1.5 * (*K - *lame), bulk = K ? *K : *lame + 2 * *G / 3;
+        found = {9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)};
+    }
+    if (!(found.young_modulus > 0 && found.poisson_ratio > -1 && found.poisson_ratio < 0.5)) {
+        throw std::invalid_argument(
+            printed("%s make young_modulus = %g and poisson_ratio = %g, which must be above 0 and inside (-1, 0.5)",
+                    given.c_str(), found.young_modulus, found.poisson_ratio));
+    }
+    return found;
 }
 
 double shear_modulus(const Material& m) {

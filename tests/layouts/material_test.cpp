@@ -1,4 +1,5 @@
 #include "hybmss/material.hpp"
+#include "hybmss/moduli.hpp"
 #include "reference/body.hpp"
 #include "reference/constants.hpp"
 #include "tests/random_bodies.hpp"
@@ -115,6 +116,41 @@ double smallest_slope(const SpringStiffening& s) {
 }
 
 // The bounds are exact: on them the force's slope reaches zero at some e >= -1, beyond them it is negative there.
+TEST(ElasticModuli, AnyTwoMakeTheSameMaterial) {
+    for (const double nu : {-0.7, -0.1, 0.2, 0.3, 0.4999}) {
+        const double E = 3.7e4, G = E / (2 * (1 + nu)), K = E / (3 * (1 - 2 * nu)), lame = K - 2 * G / 3;
+        const double values[5] = {E, nu, G, K, lame};
+        for (int a = 0; a < 5; ++a) {
+            for (int b = a + 1; b < 5; ++b) {
+                ElasticModuli known;
+                std::optional<double>* const members[5] = {&known.young_modulus, &known.poisson_ratio,
+                                                           &known.shear_modulus, &known.bulk_modulus,
+                                                           &known.lame_modulus};
+                *members[a] = values[a];
+                *members[b] = values[b];
+                const YoungAndPoisson found = young_and_poisson(known);
+                // 1 - 2 nu is a difference of numbers of the size of one: rounding of nu counts by its inverse.
+                EXPECT_NEAR(found.young_modulus, E, 1e-14 * E / (1 - 2 * nu)) << a << b << nu;
+                EXPECT_NEAR(found.poisson_ratio, nu, 1e-14 / (1 - 2 * nu)) << a << b << nu;
+            }
+        }
+    }
+    const YoungAndPoisson given = young_and_poisson({.young_modulus = 0.1, .poisson_ratio = 0.3});
+    EXPECT_EQ(given.young_modulus, 0.1); // as they are, bit by bit
+    EXPECT_EQ(given.poisson_ratio, 0.3);
+}
+
+TEST(ElasticModuli, WhatMakesNoMaterialIsRefused) {
+    expect_refusal([] { young_and_poisson({.young_modulus = 1}); }, {"1 elastic moduli given", "two of"});
+    expect_refusal([] { young_and_poisson({.young_modulus = 1, .poisson_ratio = 0.3, .bulk_modulus = 1}); },
+                   {"3 elastic moduli given"});
+    expect_refusal([] { young_and_poisson({.young_modulus = 1000, .shear_modulus = 300}); },
+                   {"young_modulus = 1000 and shear_modulus = 300", "poisson_ratio = 0.666667", "inside (-1, 0.5)"});
+    expect_refusal([] { young_and_poisson({.poisson_ratio = 0.3, .lame_modulus = -1}); }, {"lame_modulus = -1"});
+    expect_refusal([] { young_and_poisson({.poisson_ratio = 0.0, .lame_modulus = 0.0}); }, {"lame_modulus = 0"});
+    expect_refusal([] { young_and_poisson({.poisson_ratio = std::nan(""), .lame_modulus = 1}); }, {"poisson_ratio"});
+}
+
 TEST(SpringStiffening, AllowsWhatLeavesTheEnergyConvex) {
     for (double cubic : {0.0, 0.01, 0.2, 1.0 / 3, 0.5, 3.0, 40.0}) {
         const StiffeningRange range = quadratic_stiffening(cubic);

@@ -1,0 +1,162 @@
+#include "hybmss/separation.hpp"
+
+#include "layouts/node_numbers.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace hybmss {
+namespace {
+
+using Pair = std::array<std::uint32_t, 2>;
+
+/// Corners of cells that are one node.
+class Unions {
+public:
+    explicit Unions(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0u); }
+    std::uint32_t find(std::uint32_t x) {
+        while (parent_[x] != x) {
+            x = parent_[x] = parent_[parent_[x]];
+        }
+        return x;
+    }
+    /// The least of a union stands for it.
+    void join(std::uint32_t a, std::uint32_t b) {
+        const std::uint32_t x = find(a), y = find(b);
+        parent_[std::max(x, y)] = std::min(x, y);
+    }
+
+private:
+    std::vector<std::uint32_t> parent_;
+};
+
+} // namespace
+
+SeparatedNetwork separate(const Lattice& lattice, const Material& material, std::span<const Pair> faces) {
+    SeparatedNetwork separated;
+    Network& network = separated.network;
+    network = Network::from_lattice(lattice, material); // which checks both, and knows what is the same for all
+    const Network whole = std::move(network);
+    network = {};
+    network.volume_energy = whole.volume_energy;
+    network.stiffening = whole.stiffening;
+    network.means = whole.means;
+
+    // The cells that are there, in grid order as in the network.
+    const auto [nx, ny, nz] = lattice.cells();
+    std::vector<std::uint32_t> grid, place(lattice.cell_scales().size(), 0);
+    for (std::uint32_t cell = 0; cell < lattice.cell_scales().size(); ++cell) {
+        if (lattice.cell_scales()[cell] > 0) {
+            place[cell] = static_cast<std::uint32_t>(grid.size());
+            grid.push_back(cell);
+        }
+    }
+    const auto there = [&](std::uint32_t cell) {
+        return cell < lattice.cell_scales().size() && lattice.cell_scales()[cell] > 0;
+    };
+    const std::array<std::uint32_t, 3> next = {1, static_cast<std::uint32_t>(nx), static_cast<std::uint32_t>(nx * ny)};
+    const std::array<int, 3> counts = {nx, ny, nz};
+    const auto has_next = [&](std::uint32_t cell, std::size_t axis) {
+        return static_cast<int>(cell / next[axis]) % counts[axis] + 1 < counts[axis] && there(cell + next[axis]);
+    };
+    std::set<Pair> open; // from the lower cell to the next
+    for (const Pair& face : faces) {
+        const auto [low, high] = std::minmax(face[0], face[1]);
+        bool share = false;
+        for (std::size_t axis = 0; there(low) && axis < 3; ++axis) {
+            share = share || (high == low + next[axis] && has_next(low, axis));
+        }
+        if (!share) {
+            throw std::invalid_argument("cells " + std::to_string(face[0]) + " and " + std::to_string(face[1]) +
+                                        " share no face: two neighbours that are there must be given");
+        }
+        open.insert({low, high});
+    }
+    const std::vector<std::array<std::uint32_t, 8>> corners = cell_corners(lattice);
+    Unions unions(8 * grid.size());
+    for (std::uint32_t c = 0; c < grid.size(); ++c) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (!has_next(grid[c], axis) || open.contains({grid[c], grid[c] + next[axis]})) {
+                continue;
+            }
+            const std::uint32_t other = place[grid[c] + next[axis]];
+            for (std::uint32_t corner = 0; corner < 8; ++corner) {
+                if ((corner >> axis & 1) != 0) {
+                    unions.join(8 * c + corner, 8 * other + (corner ^ 1u << axis));
+                }
+            }
+        }
+    }
+    // Numbers by the lattice's nodes first, by cells then.
+    std::vector<std::uint32_t> firsts;
+    for (std::uint32_t use = 0; use < 8 * grid.size(); ++use) {
+        if (unions.find(use) == use) {
+            firsts.push_back(use);
+        }
+    }
+    const auto lattice_node = [&](std::uint32_t use) { return corners[use / 8][use % 8]; };
+    std::stable_sort(firsts.begin(), firsts.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return lattice_node(a) < lattice_node(b); });
+    std::vector<std::int32_t> number(8 * grid.size(), -1);
+    for (const std::uint32_t use : firsts) {
+        number[use] = static_cast<std::int32_t>(separated.lattice_nodes.size());
+        separated.lattice_nodes.push_back(lattice_node(use));
+        network.rest_positions.push_back(whole.rest_positions[lattice_node(use)]);
+    }
+    network.masses.assign(firsts.size(), 0.0);
+
+    const double h = lattice.cell_size();
+    const SpringConstants constants = spring_constants(material, h);
+    const double shares[4] = {0, constants.edge / 4, constants.face_diagonal / 2, constants.cube_diagonal};
+    const bool on_means = material.springs == SpringForm::means;
+    std::map<std::pair<std::int32_t, std::int32_t>, std::size_t> known;
+    for (std::uint32_t c = 0; c < grid.size(); ++c) {
+        std::array<std::int32_t, 8> nodes{};
+        for (std::uint32_t corner = 0; corner < 8; ++corner) {
+            nodes[corner] = number[unions.find(8 * c + corner)];
+        }
+        const auto scale = static_cast<double>(lattice.cell_scales()[grid[c]]);
+        const std::size_t tissue = lattice.cell_tissue(grid[c]);
+        const double mass = material_of(lattice, tissue, material).density * h * h * h *
+                            static_cast<double>(lattice.cell_fill(grid[c]));
+        for (const std::int32_t node : nodes) {
+            network.masses[static_cast<std::size_t>(node)] += mass / 8;
+        }
+        // Cells of which there is nothing but springs are not in the list.
+        if (network.cells.size() < whole.cells.size() &&
+            std::equal(
+                corners[c].begin(), corners[c].end(), whole.cells[network.cells.size()].nodes.begin(),
+                [](std::uint32_t corner, std::int32_t node) { return static_cast<std::int32_t>(corner) == node; })) {
+            network.cells.push_back(whole.cells[network.cells.size()]);
+            network.cells.back().nodes = nodes;
+        }
+        for (std::uint32_t a = 0; a < 8 && !on_means; ++a) {
+            for (std::uint32_t b = a + 1; b < 8; ++b) {
+                const double share = scale * shares[std::popcount(a ^ b)];
+                if (!(share > 0)) {
+                    continue;
+                }
+                const auto [first, second] = std::minmax(nodes[a], nodes[b]);
+                const auto [at, is_new] = known.try_emplace({first, second}, network.springs.size());
+                if (is_new) {
+                    const double edge = first == nodes[a] ? h : -h;
+                    std::array<double, 3> rest{};
+                    for (std::size_t axis = 0; axis < 3; ++axis) {
+                        rest[axis] = edge * (static_cast<int>(b >> axis & 1) - static_cast<int>(a >> axis & 1));
+                    }
+                    network.springs.push_back({first, second, 0, rest});
+                }
+                network.springs[at->second].stiffness += share;
+            }
+        }
+    }
+    return separated;
+}
+
+} // namespace hybmss
