@@ -263,6 +263,20 @@ hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double sti
     return guarded(dynamics, "dynamics", [&](auto& moving) { moving.body.damp_springs(stiffness_damping); });
 }
 
+hybmss_status hybmss_dynamics_relax(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                    const hybmss_relaxation* branches, size_t count) {
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
+        require_own(body, moving.body.node_count());
+        require(branches, "branches", count);
+        const LatticeBody& whole = lattice_of(*body, "a lattice has a material that relaxes");
+        std::vector<Relaxation> given;
+        for (std::size_t b = 0; b < count; ++b) {
+            given.push_back({branches[b].part, branches[b].time});
+        }
+        moving.body.relax(moving.place->cut ? *moving.place->cut : whole.lattice, whole.material, given);
+    });
+}
+
 hybmss_status hybmss_dynamics_remove_cells(hybmss_dynamics* dynamics, const hybmss_body* body, const uint32_t* cells,
                                            size_t count, size_t* removed) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {

@@ -4,12 +4,14 @@
 
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
+#include "hybmss/moduli.hpp"
 #include "hybmss/version.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace hybmss::python {
@@ -83,6 +85,21 @@ void bind_bodies(py::module_& module) {
              "Springs of strain e bear k l (e + stiffening_quadratic e^2 + stiffening_cubic e^3). Cells below the "
              "volume ratio J0 = crush_ratio store G V0 crush_resistance (J0 - J)^3 / (3 J0^2). Raises ValueError for a "
              "value that is not allowed.")
+        .def_static(
+            "young_and_poisson",
+            [](std::optional<double> young_modulus, std::optional<double> poisson_ratio,
+               std::optional<double> shear_modulus, std::optional<double> bulk_modulus,
+               std::optional<double> lame_modulus) {
+                const YoungAndPoisson found = hybmss::young_and_poisson(
+                    {young_modulus, poisson_ratio, shear_modulus, bulk_modulus, lame_modulus});
+                return py::dict(py::arg("young_modulus") = found.young_modulus,
+                                py::arg("poisson_ratio") = found.poisson_ratio);
+            },
+            py::kw_only(), py::arg("young_modulus") = py::none(), py::arg("poisson_ratio") = py::none(),
+            py::arg("shear_modulus") = py::none(), py::arg("bulk_modulus") = py::none(),
+            py::arg("lame_modulus") = py::none(),
+            "E and nu by any two of the moduli, as arguments: Material(**Material.young_and_poisson(shear_modulus=1e3, "
+            "bulk_modulus=1e5), density=1000). Raises ValueError where they make no material.")
         .def_readonly("young_modulus", &Material::young_modulus, "E, Pa")
         .def_readonly("poisson_ratio", &Material::poisson_ratio, "nu, in (-1, 1/2)")
         .def_readonly("density", &Material::density, "kg/m^3")

@@ -348,6 +348,19 @@ void bind_dynamics(py::module_& module) {
         },
         py::arg("stiffness_damping"),
         "Damps all springs along themselves from now on: a dashpot of stiffness_damping (s) times its stiffness each.");
+    type.def(
+        "relax",
+        [](Dynamics& dynamics, const Lattice& lattice, const Material& material,
+           const std::vector<std::pair<double, double>>& branches) {
+            std::vector<Relaxation> given;
+            for (const auto& [part, time] : branches) {
+                given.push_back({part, time});
+            }
+            dynamics.visit([&](auto& body) { body.relax(lattice, material, given); });
+        },
+        py::arg("lattice"), py::arg("material"), py::arg("branches"),
+        "Gives the material a memory from now on: branches of (part, time in s), each part times the moduli of slow "
+        "loads, which fades by exp(-t / time). The lattice and the material are those that the body was made from.");
     type.def("load", &load, py::arg("nodes"), py::arg("force"),
              "Pulls each of these nodes with the force (N), no others.");
     module.def(

@@ -32,11 +32,22 @@ py::dict dictionary(const Summary& summary) {
                                                py::arg("mean_displacement") = probe.mean_displacement,
                                                py::arg("max_displacement") = probe.max_displacement);
     }
-    return py::dict(py::arg("converged") = summary.converged, py::arg("failure") = summary.failure,
+    const bool buckling = summary.method == SolverMethod::buckling;
+    py::list modes;
+    for (const ModeReading& mode : summary.modes) {
+        py::dict one(py::arg("residual") = mode.residual, py::arg("shape") = array_of(mode.shape));
+        one[buckling ? "factor" : "frequency"] = mode.value;
+        modes.append(one);
+    }
+    py::dict result(py::arg("converged") = summary.converged, py::arg("failure") = summary.failure,
                     py::arg("relative_volume_change") = summary.volume.relative_volume_change,
                     py::arg("steps") = summary.steps, py::arg("time") = summary.time,
                     py::arg("residual") = summary.settlement.residual, py::arg("wall_seconds") = summary.wall_seconds,
                     py::arg("warnings") = summary.warnings, py::arg("probes") = probes);
+    if (!summary.modes.empty()) {
+        result[buckling ? "buckling" : "modes"] = modes;
+    }
+    return result;
 }
 
 py::dict run(Simulation& simulation) {
@@ -107,7 +118,10 @@ void bind_simulation(py::module_& module) {
              }),
              py::arg("scene"), py::kw_only(), py::arg("precision") = "double", py::arg("threads") = 0,
              "Reads a scene file (TOML). Raises SceneError, which names file, line and what is allowed.")
-        .def("run", &run, "Runs to the end; returns what came of it.")
+        .def("run", &run,
+             "Runs to the end; returns what came of it. With the methods \"modes\" and \"buckling\" that has a list of "
+             "the "
+             "name: frequency (Hz) or factor, residual, and the shape, one row a node.")
         .def(
             "step",
             [](Simulation& simulation, long count) {

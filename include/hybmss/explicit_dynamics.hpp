@@ -59,6 +59,14 @@ struct NodalLoad {
     std::array<double, 3> force = {0, 0, 0};
 };
 
+/// A branch of a Prony series: beside the body's own moduli, which are those of slow loads, it has `part` times as much
+/// again, that fades by exp(-t / time).
+struct Relaxation {
+    double part = 0; ///< > 0, at most 1e6
+    double time = 0; ///< s, > 0
+    bool operator==(const Relaxation&) const = default;
+};
+
 /// What an effect beyond the body's own forces has of energy, J.
 struct EffectEnergy {
     std::string name;
@@ -152,6 +160,16 @@ public:
     /// effect_energies(). Makes critical_time_step() smaller. Throws std::invalid_argument for a value that is not
     /// finite or negative.
     void damp_springs(double stiffness_damping);
+
+    /// Gives the material of a lattice a memory from now on: of every cell all moduli are 1 + sum of part exp(-t /
+    /// time) times what they are for slow loads, whatever nu. By the Green strain of a cell's mean deformation E, with
+    /// which each branch's own strain h goes, dh/dt = dE/dt - h / time, exactly for strains that change steadily within
+    /// a step; its stress is that of an isotropic material, part (lambda tr h + 2 G h). Rigid motions do nothing to it.
+    /// `lattice` and `material` are those that the body was made from, less the cells removed since; the strain that
+    /// the cells have now counts as old. No branches: no more, and no cost. One of effect_energies(). Makes
+    /// critical_time_step() smaller. Throws std::invalid_argument for values that are not allowed, more than four
+    /// branches, and a lattice with other nodes.
+    void relax(const Lattice& lattice, const Material& material, std::span<const Relaxation> branches);
 
     /// Takes `count` steps. Throws std::invalid_argument for a negative count or damping, a time step that is not
     /// finite and > 0, or an acceleration that is not finite. A step above the critical one is taken, as larger ones

@@ -364,6 +364,15 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_pressures(hybmss_dynamics* dynam
 /* Damps all springs along themselves from now on: a dashpot of stiffness_damping (s, >= 0; 0: none) times its stiffness
  * beside each. Shortens the critical time step. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double stiffness_damping);
+/* A branch of a Prony series: ExplicitDynamics::relax() says all. */
+typedef struct hybmss_relaxation {
+    double part; /* times the moduli of slow loads, > 0 */
+    double time; /* s, > 0 */
+} hybmss_relaxation;
+/* Gives a lattice's material a memory from now on, by at most four branches; none for `count` 0, where `branches` may
+ * be null. `body`: what the dynamics was made of. Shortens the critical time step. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_relax(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                                  const hybmss_relaxation* branches, size_t count);
 /* Takes `count` >= 0 steps. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters,
                                                  int64_t count);

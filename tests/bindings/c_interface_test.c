@@ -612,6 +612,21 @@ static void motion(void) {
         EXPECT(damped == dt);
     }
     {
+        const hybmss_relaxation branches[2] = {{0.5, 0.1}, {0.25, 1}};
+        const hybmss_relaxation bad = {0.5, 0};
+        double remembering = 0;
+        OK(hybmss_dynamics_relax(dynamics, body, branches, 2));
+        OK(hybmss_dynamics_critical_time_step(dynamics, &remembering));
+        EXPECT(fabs(dt * dt / (remembering * remembering) - 1.75) < 1e-9);
+        REFUSED(hybmss_dynamics_relax(dynamics, body, &bad, 1), "time above 0");
+        REFUSED(hybmss_dynamics_relax(dynamics, body, NULL, 1), "branches is null");
+        REFUSED(hybmss_dynamics_relax(dynamics, NULL, branches, 2), "body is null");
+        REFUSED(hybmss_dynamics_relax(NULL, body, branches, 2), "dynamics is null");
+        OK(hybmss_dynamics_relax(dynamics, body, NULL, 0));
+        OK(hybmss_dynamics_critical_time_step(dynamics, &remembering));
+        EXPECT(remembering == dt);
+    }
+    {
         enum { FACES = 2 * (NX * NY + NY * NZ + NZ * NX) };
         static uint32_t faces[4 * FACES];
         static double pressures[FACES];

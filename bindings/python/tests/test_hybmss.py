@@ -223,6 +223,21 @@ def test_motion():
         hybmss.ExplicitDynamics(BOX, MATERIAL).prescribe([0], "w")
 
 
+def test_moduli_and_relaxation():
+    moduli = hybmss.Material.young_and_poisson(shear_modulus=1e6, bulk_modulus=2e6)
+    assert moduli["young_modulus"] == pytest.approx(18e12 / 7e6) and moduli["poisson_ratio"] == pytest.approx(2 / 7)
+    with pytest.raises(ValueError, match="1 elastic moduli given"):
+        hybmss.Material.young_and_poisson(shear_modulus=1e6)
+    cube = hybmss.Lattice.box(3, 3, 3, 0.1)
+    material = hybmss.Material(**moduli)
+    body = hybmss.ExplicitDynamics(cube, material)
+    dt = body.critical_time_step
+    body.relax(cube, material, [(0.5, 0.1), (0.25, 1)])
+    assert (dt / body.critical_time_step) ** 2 == pytest.approx(1.75)
+    with pytest.raises(ValueError, match="time above 0"):
+        body.relax(cube, material, [(0.5, 0)])
+
+
 def test_pressure():
     cube = hybmss.Lattice.box(3, 3, 3, 0.1)
     body = hybmss.ExplicitDynamics(cube, hybmss.Material(young_modulus=1e6, poisson_ratio=0.3))
@@ -318,6 +333,12 @@ def test_simulation_and_record(tmp_path):
     weight = 1000 * 10 * 0.2**3
     # Half a cell's share of the weight hangs on the held nodes themselves.
     assert 0.7 * weight < result["probes"]["ground"]["force"][1] <= weight * (1 + 1e-6)
+
+    scene.write_text(SCENE.replace('"static"', '"modes"\ncount = 2'))
+    modes = hybmss.Simulation(str(scene)).run()["modes"]
+    assert len(modes) == 2 and 0 < modes[0]["frequency"] <= modes[1]["frequency"]
+    assert modes[0]["shape"].shape[1] == 3
+    scene.write_text(SCENE)
 
     path = tmp_path / "scene.record"
     subprocess.run([os.environ["HYBMSS_APP"], "record", scene, "--out", path], check=True, capture_output=True)
