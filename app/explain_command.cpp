@@ -218,6 +218,14 @@ void print_effects(const Simulation& simulation, const std::vector<EffectCost>& 
 void explain_solver(const Simulation& simulation) {
     const Solver& solver = simulation.scene().solver;
     fmt::print("solver\n");
+    if (solver.method != SolverMethod::static_equilibrium) {
+        row("method", fmt::format("{}: the {} lowest by LOBPCG, {}", name(solver.method), solver.count,
+                                  solver.method == SolverMethod::modes
+                                      ? "about the equilibrium that moves and loads give, or about rest"
+                                      : "about rest, as factors of moves and loads"));
+        row("preconditioner", std::string(name(solver.preconditioner)));
+        return;
+    }
     row("method", "static: Newton's method with conjugate gradients in a trust region");
     row("preconditioner", std::string(name(solver.preconditioner)));
     row("tolerance", solver.tolerance ? fmt::format("{:g} (as given)", *solver.tolerance)
@@ -450,7 +458,7 @@ void explain_scene(const ExplainArguments& arguments, Scene read) {
     if (!plan.candidates.empty()) {
         fmt::print("candidates\n{}", candidate_lines(plan));
     }
-    if (scene.solver.method == SolverMethod::static_equilibrium) {
+    if (timeless(scene.solver.method)) {
         explain_solver(simulation);
         if (offers) {
             explain_accuracy(*offers, simulation.lattice().cells());

@@ -63,6 +63,14 @@ void ProgressLine::show(const Progress& progress, const std::string& before) {
         std::fflush(stream_);
         return;
     }
+    if (progress.modes) {
+        const ModesProgress& modes = *progress.modes;
+        fmt::print(stream_, "\r\033[K{}{} iteration {}, {} of {} modes, {:.0f} s", before,
+                   bar(static_cast<double>(modes.found) / modes.count), modes.iteration, modes.found, modes.count,
+                   progress.wall_seconds);
+        std::fflush(stream_);
+        return;
+    }
     const double left = progress.wall_seconds * static_cast<double>(progress.steps - progress.step) /
                         static_cast<double>(progress.step);
     const Energies& e = progress.energies;

@@ -78,7 +78,7 @@ void record(const RecordArguments& arguments) {
     record.states.push_back(
         recorded(body, least_scale, 0,
                  random_displacements(simulation.node_count(), record.lattice.cell_size(), arguments.seed)));
-    const bool still = simulation.scene().solver.method == SolverMethod::static_equilibrium;
+    const bool still = timeless(simulation.scene().solver.method);
     const int states = still ? std::min(arguments.states, 2) : arguments.states;
     const Solver& solver = simulation.scene().solver;
     const long planned = still ? 1 : std::max(1L, std::lround(solver.duration / simulation.time_step()));

@@ -320,7 +320,7 @@ void run_scene(const RunArguments& arguments) {
     }
     ShownRun shown(arguments.scene);
     RunCallbacks callbacks = shown.callbacks(results);
-    if (results && simulation.scene().solver.method != SolverMethod::static_equilibrium) {
+    if (results && !timeless(simulation.scene().solver.method)) {
         checkpoint.emplace(arguments, simulation, *results);
         callbacks.checkpoint = [&] { return shown.is_finite() && (*checkpoint)(); };
         catch_stop_signals();

@@ -137,11 +137,25 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
     Rows row;
     row("kernel", fmt::format("{}, {}, {}, {}, threads {}", s.plan.kernel, s.plan.layout, name(s.plan.instruction_set),
                               s.plan.precision, s.plan.threads));
-    if (simulation.scene().solver.method == SolverMethod::static_equilibrium) {
+    const SolverMethod method = simulation.scene().solver.method;
+    if (!s.modes.empty()) {
+        const bool buckling = method == SolverMethod::buckling;
+        row(buckling ? "buckling" : "modes",
+            fmt::format("{:>14}   {}{}", buckling ? "times the load" : "frequency (Hz)", "residual",
+                        buckling
+                            ? ""
+                            : fmt::format("   about {}, {} motions of the whole body left out",
+                                          s.work.load_steps > 0 ? "the loaded equilibrium" : "rest", s.rigid_motions)));
+        for (std::size_t m = 0; m < s.modes.size(); ++m) {
+            row(fmt::format("  {}", m), fmt::format("{:>14.8g}   {:.1e}", s.modes[m].value, s.modes[m].residual));
+        }
+        row("preconditioner", s.work.preconditioner);
+    }
+    if (timeless(method) && (s.modes.empty() || s.work.load_steps > 0)) {
         row("load steps", fmt::format("{} and {} failed ones, to {:.6g} % of the loading", s.work.load_steps,
                                       s.work.failed_load_steps, 100 * s.time));
         row("converged", fmt::format("{} (residual {:.3g})", s.converged ? "yes" : "no", s.settlement.residual));
-    } else {
+    } else if (!timeless(method)) {
         row("steps", fmt::format("{} of {:.6g} s (stable: {:.6g} s), t = {:.6g} s", s.steps, s.time_step,
                                  s.critical_time_step, s.time));
         row("settled", fmt::format("{} (residual {:.3g}, kinetic ratio {:.3g})", s.converged ? "yes" : "no",
@@ -199,11 +213,14 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
 }
 
 std::string summary_line(const Simulation& simulation, const Summary& s) {
-    const bool still = simulation.scene().solver.method == SolverMethod::static_equilibrium;
+    const bool still = timeless(simulation.scene().solver.method);
     return fmt::format("{} ({}), {} cells, volume change {:.4f} %, {:.2f} s",
                        s.converged ? (still ? "converged" : "settled") : (still ? "not converged" : "not settled"),
-                       still ? fmt::format("{} Newton iterations", s.work.newton_iterations)
-                             : fmt::format("{} steps", s.steps),
+                       !s.modes.empty()
+                           ? fmt::format("{} {}, the first {:.6g}", s.modes.size(),
+                                         s.method == SolverMethod::buckling ? "factors" : "modes", s.modes[0].value)
+                       : still ? fmt::format("{} Newton iterations", s.work.newton_iterations)
+                               : fmt::format("{} steps", s.steps),
                        simulation.lattice().cell_count(), 100 * s.volume.relative_volume_change, s.wall_seconds);
 }
 

@@ -113,6 +113,14 @@ void append(std::string& row, const Vector3& values) {
 std::string frame_name(std::size_t frame) {
     return printed("body_%04zu.vtu", frame);
 }
+} // namespace
+
+std::string mode_name(std::size_t mode) {
+    return printed("mode_%04zu.vtu", mode);
+}
+
+namespace {
+
 /// The skin's file beside a frame's.
 std::string skin_name(const std::string& frame) {
     return "skin" + frame.substr(4, frame.size() - 8) + ".vtp";
@@ -124,10 +132,12 @@ void remove_frames(const std::filesystem::path& directory, std::size_t first) {
     for (const auto& entry : std::filesystem::directory_iterator(directory)) {
         std::size_t frame = 0;
         const std::string name = entry.path().filename().string();
-        const bool of_skin = name.starts_with("skin_");
-        if (std::sscanf(name.c_str(), of_skin ? "skin_%zu.vtp" : "body_%zu.vtu", &frame) == 1 &&
-            name == (of_skin ? skin_name(frame_name(frame)) : frame_name(frame)) && frame >= first &&
-            entry.symlink_status().type() == std::filesystem::file_type::regular) {
+        const bool of_skin = name.starts_with("skin_"), of_mode = name.starts_with("mode_");
+        if (std::sscanf(name.c_str() + std::min<std::size_t>(5, name.size()), "%zu", &frame) == 1 &&
+            name == (of_skin   ? skin_name(frame_name(frame))
+                     : of_mode ? mode_name(frame)
+                               : frame_name(frame)) &&
+            (of_mode || frame >= first) && entry.symlink_status().type() == std::filesystem::file_type::regular) {
             const std::string_view ours = of_skin ? kVtpBeginning : kVtuBeginning;
             std::string beginning(ours.size(), ' ');
             std::ifstream(entry.path(), std::ios::binary).read(beginning.data(), std::ssize(beginning));
@@ -379,8 +389,30 @@ void Results::write_skin(std::span<const Vector3> displacements) {
     write_vtp(directory_ / skin_name(frame_name(frames_.size())), {points, normals, skin_mesh_.triangles});
 }
 
+void Results::write_modes(const Summary& summary) {
+    const std::vector<Vector3> u = simulation_.displacements();
+    const std::span<const Vector3> rest = simulation_.rest_positions();
+    const std::vector<Vector3> velocities(rest.size(), {0, 0, 0});
+    for (std::size_t m = 0; m < summary.modes.size(); ++m) {
+        const std::vector<Vector3>& shape = summary.modes[m].shape;
+        std::vector<Vector3> points(rest.begin(), rest.end()), moved = u;
+        for (std::size_t n = 0; n < points.size(); ++n) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                moved[n][a] += shape[n][a];
+                points[n][a] += moved[n][a];
+            }
+        }
+        std::vector<double> ratios;
+        for (const auto& cell : cells_) {
+            ratios.push_back(1 + volume_ratio_minus_one(moved, cell, simulation_.lattice().cell_size()));
+        }
+        write_vtu(directory_ / mode_name(m), {points, cells_, shape, velocities, ratios, {}});
+    }
+}
+
 void Results::finish(const Summary& summary) {
     const std::string text = summary_json(summary); // first: where it is refused, nothing is put in place
+    write_modes(summary);
     std::erase_if(frames_, [&](const auto& frame) { return !std::filesystem::exists(directory_ / frame.file); });
     write_pvd(directory_ / "body.pvd", frames_);
     if (simulation_.scene().output.skin) {

@@ -68,6 +68,7 @@ public:
     std::span<const PvdFrame> frames() const { return frames_; }
 
 private:
+    void write_modes(const Summary& summary);
     void write_skin(std::span<const std::array<double, 3>> displacements);
 
     OwnedDirectory owned_;
@@ -101,6 +102,9 @@ private:
 
 /// What was chosen, as summary.json and `hybmss explain --json` hold it.
 nlohmann::ordered_json plan_json(const PlanDescription& plan);
+
+/// The file of a mode's shape.
+std::string mode_name(std::size_t mode);
 
 /// The text of summary.json. Throws NotFinite for a value that is not finite.
 std::string summary_json(const Summary& summary);

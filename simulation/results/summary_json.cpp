@@ -114,6 +114,19 @@ std::string summary_json(const Summary& summary) {
                           {"where", summary.stress->where},
                           {"mean", summary.stress->mean_cauchy}};
     }
+    if (!summary.modes.empty()) {
+        const bool buckling = summary.method == SolverMethod::buckling;
+        json[buckling ? "buckling" : "modes"] = Json::array();
+        for (std::size_t m = 0; m < summary.modes.size(); ++m) {
+            json[buckling ? "buckling" : "modes"].push_back(
+                {{buckling ? "factor" : "frequency", summary.modes[m].value},
+                 {"residual", summary.modes[m].residual},
+                 {"shape", mode_name(m)}});
+        }
+        if (!buckling) {
+            json["rigid_motions"] = summary.rigid_motions;
+        }
+    }
     if (summary.accuracy) {
         json["accuracy"] = accuracy_json(*summary.accuracy);
     }

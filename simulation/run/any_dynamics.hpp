@@ -9,6 +9,7 @@
 #include "simulation/scene/scene_body.hpp"
 
 #include <span>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -31,6 +32,14 @@ public:
                            const EquilibriumOptions& options);
     /// Follows a path of loadings from the fraction 0 to equilibrium at 1; the velocity becomes zero.
     EquilibriumResult follow(const std::function<Loading(double fraction)>& path, const EquilibriumOptions& options);
+
+    /// Vibrations about the present displacements.
+    ModesResult modes(std::span<const PrescribedNode> supports, const ModesOptions& options) {
+        return solver_.modes(supports, view(std::as_const(displacement_)), options);
+    }
+    BucklingResult buckling(const Loading& loading, const ModesOptions& options) {
+        return solver_.buckling(loading, options);
+    }
 
     void get_displacements(VectorField<T> out) const { copy(view(displacement_), out); }
     void get_velocities(VectorField<T> out) const { copy(view(velocity_), out); }

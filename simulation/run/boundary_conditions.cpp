@@ -118,7 +118,7 @@ std::vector<Vector3> initial_displacements(const Scene& scene, std::span<const V
     if (!scene.body.place.rotate) {
         return {};
     }
-    if (scene.solver.method == SolverMethod::static_equilibrium) {
+    if (timeless(scene.solver.method)) {
         throw scene_error(scene, "body.place.rotate",
                           "a static scene has no body that is turned: turn its loads and moves");
     }

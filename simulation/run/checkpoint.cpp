@@ -230,7 +230,7 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         return std::invalid_argument("checkpoint " + path + ": " + one_line(error.what()));
     };
     try {
-        if (scene.solver.method == SolverMethod::static_equilibrium) {
+        if (timeless(scene.solver.method)) {
             throw std::runtime_error("a static scene has no time to go on from");
         }
         const CheckpointSections sections = read_checkpoint_file(path);

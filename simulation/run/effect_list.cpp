@@ -107,7 +107,7 @@ std::string prescribed_motion(const Simulation& s) {
         over = std::max(over, move.over);
     }
     std::string text = printed("%zu nodes, by %zu [[move]]", s.moved_node_count(), s.scene().moves.size());
-    if (s.scene().solver.method != SolverMethod::static_equilibrium) {
+    if (!timeless(s.scene().solver.method)) {
         text += printed(", over %g s", over);
     }
     return text;
@@ -237,6 +237,21 @@ constexpr EffectRule kEffects[] = {
      [](const Simulation& s) { return printed("%g s", s.scene().damping.stiffness); },
      [](const Scene&) { return std::string("no damping.stiffness, or zero"); },
      [](Scene& s) { s.damping.stiffness = 1e-4; }, [](Scene& s) { s.damping.stiffness = 0; }},
+    {"relaxation", "`material.relaxation`", "a loop over the cells and one over the nodes, before the sweep",
+     "loops over cells and nodes", "256 bytes a cell with one branch, 48 by each further one; 12 a node", false,
+     [](const Scene& s) { return !s.relaxation.empty(); },
+     [](const Simulation& s) {
+         std::string text = "moduli are 1";
+         for (const Relaxation& branch : s.scene().relaxation) {
+             text += printed(" + %g exp(-t / %g s)", branch.part, branch.time);
+         }
+         return text + " times those of slow loads";
+     },
+     [](const Scene&) { return std::string("no material.relaxation"); },
+     [](Scene& s) {
+         s.relaxation = {{0.5, 0.1}};
+     },
+     [](Scene& s) { s.relaxation.clear(); }},
     {"loads", "`[[load]]`", "a pass over the loaded components", "a loop over components",
      "24 bytes a component (float: 16)", true, [](const Scene& s) { return !s.loads.empty(); }, loads,
      [](const Scene&) { return std::string("no [[load]]"); },

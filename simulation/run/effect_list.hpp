@@ -28,9 +28,7 @@ struct EffectRule {
     void (*add)(Scene& scene);
     void (*remove)(Scene& scene);
 
-    bool in(const Scene& scene) const {
-        return asked(scene) && (in_static || scene.solver.method != SolverMethod::static_equilibrium);
-    }
+    bool in(const Scene& scene) const { return asked(scene) && (in_static || !timeless(scene.solver.method)); }
     /// Why it is in or out of the simulation's scene.
     std::string reason(const Simulation& simulation) const;
 };

@@ -80,7 +80,8 @@ std::string run_in_time(Moved& moved, const Scene& scene, const RunCallbacks& ca
         const bool test = solver.tolerance && !moved.changing();
         const Settlement settlement = test || callbacks.progress ? moved.settlement(energies) : Settlement{};
         if (callbacks.progress) {
-            callbacks.progress({moved.steps, total, moved.time(), elapsed(), moved.total(energies), settlement, {}});
+            callbacks.progress(
+                {moved.steps, total, moved.time(), elapsed(), moved.total(energies), settlement, {}, {}});
         }
         if (moved.steps >= next_output && scene.output.every) {
             write();

@@ -154,6 +154,7 @@ Summary Simulation::run(const RunCallbacks& callbacks) {
 
 Summary Simulation::Implementation::summary(std::string failure) const {
     Summary summary;
+    summary.method = scene.solver.method;
     summary.failure = std::move(failure);
     summary.energies = energies();
     summary.settlement = settlement(summary.energies);
@@ -185,6 +186,8 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     if (scene.output.stress) {
         summary.stress = stress_summary();
     }
+    summary.modes = modes;
+    summary.rigid_motions = rigid_motions;
     summary.steps = steps;
     summary.time = time();
     summary.time_step = time_step;

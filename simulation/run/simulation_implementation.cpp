@@ -41,15 +41,25 @@ double up_to_outputs(const Scene& scene, double step) {
     return std::abs(steps * step - every) <= 1e-12 * every ? step : every / steps;
 }
 
+/// What branches of relaxation add to the bound of omega^2, as StressRelaxation::narrow() does.
+double relaxing(const Scene& scene, const FrequencyBounds& frequencies) {
+    double parts = 0;
+    for (const Relaxation& branch : scene.relaxation) {
+        parts += branch.part;
+    }
+    return parts * frequencies.body;
+}
+
 /// A given step is held against the critical one at rest, for a motion may well be small.
 double choose_time_step(const Scene& scene, const FrequencyBounds& frequencies) {
-    if (scene.solver.method == SolverMethod::static_equilibrium) {
+    if (timeless(scene.solver.method)) {
         return 0;
     }
     const bool small_steps = explicit_in_time(scene.solver.method);
-    const double critical = frequencies.critical_time_step(scene.damping.stiffness);
-    const double further =
-        (largest_stiffening(scene.material.stiffening, kStrainInReach) - 1) * frequencies.springs + frequencies.crushed;
+    const double critical = frequencies.critical_time_step(scene.damping.stiffness, relaxing(scene, frequencies));
+    const double further = relaxing(scene, frequencies) +
+                           (largest_stiffening(scene.material.stiffening, kStrainInReach) - 1) * frequencies.springs +
+                           frequencies.crushed;
     const double followed = small_steps ? frequencies.critical_time_step(scene.damping.stiffness, further)
                                         : kImplicitTimeSteps * frequencies.critical_time_step();
     const double step = up_to_outputs(scene, scene.solver.time_step.value_or(kTimeStepFraction * followed));
@@ -171,7 +181,7 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
       pressed(pressed_faces(scene, lattice, supports)), frequencies(lattice_frequencies(lattice, scene.material)),
       obstacles(scene, frequencies.critical_time_step()),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
-      critical_time_step(frequencies.critical_time_step(scene.damping.stiffness)),
+      critical_time_step(frequencies.critical_time_step(scene.damping.stiffness, relaxing(scene, frequencies))),
       time_step(choose_time_step(scene, frequencies)), cut_step(step_to_cut(scene, time_step)),
       schedule(scene.cuts, time_step) {
     check_cuts(scene, dynamics);
@@ -181,6 +191,10 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     apply_loads();
     set_obstacles();
     press();
+    if (options.precision == Precision::float32 && is_static() &&
+        scene.solver.method != SolverMethod::static_equilibrium) {
+        throw scene_error(scene, "solver.method", "modes and buckling loads are found in --precision double alone");
+    }
     if (!scene.starts.empty()) {
         if (is_static()) {
             throw scene_error(scene, "solver.method",
@@ -291,6 +305,14 @@ void Simulation::Implementation::press() {
 void Simulation::Implementation::apply_damping() {
     if (!is_static()) {
         std::visit([&](auto& d) { d.damp_springs(scene.damping.stiffness); }, dynamics);
+    }
+    if (!scene.relaxation.empty()) {
+        if (scene.solver.method == SolverMethod::backward_euler) {
+            throw scene_error(scene, "material.relaxation",
+                              "a material with it moves by symplectic-euler or leapfrog; what takes no time knows its "
+                              "slow moduli alone");
+        }
+        on_explicit([&](auto& d) { d.relax(lattice, scene.material, scene.relaxation); });
     }
 }
 
@@ -410,7 +432,106 @@ void Simulation::Implementation::add_work(const EquilibriumResult& result) {
     work.preconditioner = result.preconditioner;
 }
 
+Loading Simulation::Implementation::loading_at(double part) {
+    const std::span<const PrescribedNode> held = supports.at_part(part);
+    Loading loading{{held.begin(), held.end()}, loads, gravity, pressed.at(scene, time_of_pressures())};
+    for (double& pressure : loading.pressures) {
+        pressure *= part;
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+        loading.acceleration[a] *= part;
+        for (Vector3& force : loading.forces) {
+            force[a] *= part;
+        }
+    }
+    return loading;
+}
+
+bool Simulation::Implementation::anything_acts() const {
+    const auto is_zero = [](const Vector3& v) { return v == Vector3{0, 0, 0}; };
+    return !scene.moves.empty() || !is_zero(gravity) || !pressed.faces.empty() ||
+           !std::all_of(loads.begin(), loads.end(), is_zero);
+}
+
 std::string Simulation::Implementation::solve(const RunCallbacks& callbacks) {
+    if (scene.solver.method == SolverMethod::static_equilibrium) {
+        return find_equilibrium(callbacks);
+    }
+    std::string failure;
+    if (scene.solver.method == SolverMethod::modes && anything_acts()) {
+        failure = find_equilibrium(callbacks);
+    } else {
+        solved = true;
+        load_fraction = scene.solver.method == SolverMethod::modes ? 1 : 0;
+    }
+    return failure.empty() ? find_modes(callbacks) : failure;
+}
+
+std::string Simulation::Implementation::find_modes(const RunCallbacks& callbacks) {
+    ModesOptions wanted;
+    wanted.count = scene.solver.count;
+    wanted.preconditioner = scene.solver.preconditioner;
+    if (callbacks.progress) {
+        wanted.progress = [&, start = std::chrono::steady_clock::now()](int iteration, int found) {
+            Progress report;
+            report.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            report.modes = ModesProgress{iteration, found, wanted.count};
+            callbacks.progress(report);
+            return true;
+        };
+    }
+    const auto told = [&](bool converged, std::size_t count, const char* what, int iterations) {
+        solved = converged;
+        return converged
+                   ? std::string()
+                   : printed("only %zu of %d %s were found in %d iterations", count, wanted.count, what, iterations);
+    };
+    const auto found_well = [&](std::size_t count, double residual) {
+        return count + (residual <= wanted.tolerance ? 1U : 0U);
+    };
+    std::size_t good = 0;
+    std::string failure;
+    const Loading loading = loading_at(1);
+    if (scene.solver.method == SolverMethod::modes) {
+        wanted.pressures = loading.pressures;
+        const ModesResult result = on_implicit([&](auto& d) { return d.modes(loading.supports, wanted); });
+        for (const Mode& mode : result.modes) {
+            modes.push_back({mode.frequency(), mode.residual, mode.shape});
+            good = found_well(good, mode.residual);
+        }
+        rigid_motions = result.rigid_motions;
+        failure = told(result.converged, good, "modes", result.iterations);
+        work.preconditioner = result.preconditioner;
+    } else {
+        const BucklingResult result = on_implicit([&](auto& d) { return d.buckling(loading, wanted); });
+        for (const BucklingLoad& load : result.loads) {
+            modes.push_back({load.factor, load.residual, load.shape});
+            good = found_well(good, load.residual);
+        }
+        supports.at_part(0); // where the body still is
+        failure =
+            result.loads.empty() ? result.message : told(result.converged, good, "buckling loads", result.iterations);
+        solved = failure.empty();
+        work.preconditioner = result.preconditioner;
+    }
+    const Vector3 edges = {static_cast<double>(lattice.cells()[0]), static_cast<double>(lattice.cells()[1]),
+                           static_cast<double>(lattice.cells()[2])};
+    const double size = 0.1 * lattice.cell_size() * *std::max_element(edges.begin(), edges.end());
+    for (ModeReading& mode : modes) {
+        double greatest = 0;
+        for (const Vector3& u : mode.shape) {
+            greatest = std::max(greatest, std::hypot(u[0], u[1], u[2]));
+        }
+        for (Vector3& u : mode.shape) {
+            for (double& x : u) {
+                x *= size / greatest;
+            }
+        }
+    }
+    return failure;
+}
+
+std::string Simulation::Implementation::find_equilibrium(const RunCallbacks& callbacks) {
     EquilibriumOptions solve = equilibrium_options();
     if (callbacks.progress) {
         solve.progress = [&, start = std::chrono::steady_clock::now()](const EquilibriumProgress& progress) {
@@ -421,21 +542,8 @@ std::string Simulation::Implementation::solve(const RunCallbacks& callbacks) {
             return true;
         };
     }
-    const auto loading = [&](double fraction) {
-        const std::span<const PrescribedNode> held = supports.at_part(fraction);
-        Loading part{{held.begin(), held.end()}, loads, gravity, pressed.at(scene, time_of_pressures())};
-        for (double& pressure : part.pressures) {
-            pressure *= fraction;
-        }
-        for (std::size_t a = 0; a < 3; ++a) {
-            part.acceleration[a] *= fraction;
-            for (Vector3& force : part.forces) {
-                force[a] *= fraction;
-            }
-        }
-        return part;
-    };
-    const EquilibriumResult result = on_implicit([&](auto& d) { return d.follow(loading, solve); });
+    const EquilibriumResult result =
+        on_implicit([&](auto& d) { return d.follow([this](double fraction) { return loading_at(fraction); }, solve); });
     load_fraction = result.load_fraction;
     prescribe();
     add_work(result);

@@ -46,6 +46,8 @@ struct Simulation::Implementation {
     double load_fraction = 0;   ///< static: the part of the loading that the state is at
     double solved_residual = 0; ///< static: of the state
     bool solved = false;
+    std::vector<ModeReading> modes; ///< found by solve()
+    int rigid_motions = 0;          ///< likewise
     SolverWork work;
     CutSchedule schedule;
     /// In place of the dynamics' own remove_cells(), where another has to know of it.
@@ -71,7 +73,7 @@ struct Simulation::Implementation {
 
     Implementation(Scene given, const SimulationOptions& wanted);
 
-    bool is_static() const { return scene.solver.method == SolverMethod::static_equilibrium; }
+    bool is_static() const { return timeless(scene.solver.method); }
     double time_after(long step) const {
         return step < cut_step ? static_cast<double>(step) * time_step
                                : scene.solver.duration + static_cast<double>(step - cut_step) * time_step;
@@ -98,7 +100,7 @@ struct Simulation::Implementation {
     }
     /// What action(dynamics) returns, where they are implicit.
     template <class Action>
-    EquilibriumResult on_implicit(const Action& action) {
+    auto on_implicit(const Action& action) {
         if (auto* single = std::get_if<ImplicitDynamics<float>>(&dynamics)) {
             return action(*single);
         }
@@ -175,6 +177,12 @@ struct Simulation::Implementation {
 
 private:
     std::string implicit_step();
+    std::string find_equilibrium(const RunCallbacks& callbacks);
+    std::string find_modes(const RunCallbacks& callbacks);
+    /// Of a scene without time: what holds and loads the body at a part of the loading.
+    Loading loading_at(double part);
+    /// Whether anything moves or loads it.
+    bool anything_acts() const;
     /// Throws SceneError where the body lies deep in an obstacle already.
     void check_start() const;
     std::vector<std::string> warnings(std::span<const NamedObstacleReading> readings) const;

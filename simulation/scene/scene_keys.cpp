@@ -1,15 +1,18 @@
 // The one table of scene keys. A new key is a row here, and its use.
 
+#include "hybmss/moduli.hpp"
 #include "layouts/messages.hpp"
 #include "simulation/scene/scene_shapes.hpp"
 
 #include <cmath>
+#include <stdexcept>
 
 namespace hybmss {
 namespace scene_format {
 namespace {
 
-constexpr Range kMethod = words("\"symplectic-euler\", \"leapfrog\", \"backward-euler\" or \"static\"");
+constexpr Range kMethod =
+    words("\"symplectic-euler\", \"leapfrog\", \"backward-euler\", \"static\", \"modes\" or \"buckling\"");
 
 // -- [body]
 
@@ -112,37 +115,142 @@ constexpr KeyTable<SceneBody> kBody = {
 constexpr auto kPoissonRatio = inside(-1, 0.5, "inside (-1, 0.5), both ends excluded");
 constexpr auto kDensity = from(1e-9, 1e12, "at least 1e-9 and at most 1e12");
 
-constexpr Key<Material> kMaterialKeys[] = {
-    {"young_modulus", "Pa", from(1e-9, 1e18, "at least 1e-9 and at most 1e18"), "required", "Young's modulus E",
-     member<&Material::young_modulus>},
-    {"poisson_ratio", "", kPoissonRatio, "required", "Poisson's ratio nu", member<&Material::poisson_ratio>},
-    {"density", "kg/m^3", kDensity, "required", "mass per volume at rest", member<&Material::density>},
+/// All that [material] tells.
+struct MaterialKeys {
+    Material material;
+    ElasticModuli moduli; ///< of a text; written are E and nu
+    std::vector<Relaxation> relaxation;
+};
+
+/// E or nu.
+template <auto modulus, auto member>
+struct Modulus {
+    using Owner = MaterialKeys;
+    static std::optional<double> get(const MaterialKeys& keys) { return keys.material.*member; }
+    static void set(MaterialKeys& keys, double value) { keys.moduli.*modulus = value; }
+};
+/// What E and nu may follow from.
+template <auto modulus>
+struct OtherModulus {
+    using Owner = MaterialKeys;
+    static std::optional<double> get(const MaterialKeys&) { return std::nullopt; }
+    static void set(MaterialKeys& keys, double value) { keys.moduli.*modulus = value; }
+};
+
+/// Rows of two numbers.
+struct RelaxationFormat {
+    static constexpr std::string_view kType = "n x 2";
+    static std::vector<Relaxation> read(const Given& given) {
+        std::vector<Relaxation> branches;
+        for (const SceneValue& row : given.as<SceneValue::Array>()) {
+            const SceneValue::Array& numbers = given.array(row, 2);
+            branches.push_back({given.number(numbers[0]), given.number(numbers[1])});
+        }
+        check(given, branches);
+        return branches;
+    }
+    static void check(const Check& check, const std::vector<Relaxation>& branches) {
+        if (branches.empty() || branches.size() > 4) {
+            check.refuse(static_cast<double>(branches.size()), check.range.allowed);
+        }
+        for (const Relaxation& branch : branches) {
+            check.number(branch.part);
+            check.number(branch.time);
+        }
+    }
+    static SceneValue write(const std::vector<Relaxation>& branches, const Range&) {
+        SceneValue::Array rows;
+        for (const Relaxation& branch : branches) {
+            rows.push_back({SceneValue::Array{{branch.part}, {branch.time}}});
+        }
+        return {std::move(rows)};
+    }
+};
+struct Memory {
+    using Owner = MaterialKeys;
+    static std::optional<std::vector<Relaxation>> get(const MaterialKeys& keys) {
+        return keys.relaxation.empty() ? std::nullopt : std::optional(keys.relaxation);
+    }
+    static void set(MaterialKeys& keys, std::vector<Relaxation> value) { keys.relaxation = std::move(value); }
+};
+
+constexpr Range kModulus = from(1e-9, 1e18, "at least 1e-9 and at most 1e18");
+constexpr std::string_view kTwoModuli = "two of the five moduli are required";
+
+constexpr Key<MaterialKeys> kMaterialKeys[] = {
+    {"young_modulus", "Pa", kModulus, kTwoModuli, "Young's modulus E",
+     field<NumberFormat, Modulus<&ElasticModuli::young_modulus, &Material::young_modulus>>},
+    {"poisson_ratio", "", kPoissonRatio, kTwoModuli, "Poisson's ratio nu",
+     field<NumberFormat, Modulus<&ElasticModuli::poisson_ratio, &Material::poisson_ratio>>},
+    {"density", "kg/m^3", kDensity, "required", "mass per volume at rest",
+     member<&MaterialKeys::material, &Material::density>},
+    {"shear_modulus", "Pa", kModulus, kTwoModuli, "G = E / (2 (1 + nu))",
+     field<NumberFormat, OtherModulus<&ElasticModuli::shear_modulus>>},
+    {"bulk_modulus", "Pa", kModulus, kTwoModuli, "K = E / (3 (1 - 2 nu))",
+     field<NumberFormat, OtherModulus<&ElasticModuli::bulk_modulus>>},
+    {"lame_modulus", "Pa", from(-1e18, 1e18, "at most 1e18 in size"), kTwoModuli, "Lame's first, lambda = K - 2 G / 3",
+     field<NumberFormat, OtherModulus<&ElasticModuli::lame_modulus>>},
     {"face_diagonal_ratio", "", kFrom0To1e6, "1", "A = k_f / k_c; 0 leaves the face diagonals out (HybMSS-FD)",
-     member<&Material::face_diagonal_ratio>},
+     member<&MaterialKeys::material, &Material::face_diagonal_ratio>},
     {"springs", "", words("\"nodes\" or \"means\""), "\"nodes\"",
      "where springs act: between nodes, or on the means of each cell (HybMSS-M)",
-     member_as<ChoiceFormat, &Material::springs>},
+     member_as<ChoiceFormat, &MaterialKeys::material, &Material::springs>},
     {"volume_energy", "", words("\"automatic\", \"quadratic\", \"mean_stretch\" or \"none\""), "\"automatic\"",
      "energy of the volume ratio J; `automatic`: quadratic at nu >= 1/4, mean stretch below; `none`: springs only "
      "(HybMSS-CF)",
-     member_as<ChoiceFormat, &Material::volume_energy>},
+     member_as<ChoiceFormat, &MaterialKeys::material, &Material::volume_energy>},
     {"stiffening_quadratic", "",
      words(
          "from -r to r, r = sqrt(3 stiffening_cubic), or to (1 + 3 stiffening_cubic)/2 where stiffening_cubic <= 1/3"),
      "0",
      "a: springs stiffen (or soften) with their strain e, force k l (e + a e^2 + b e^3); see \"Stiffening springs\"",
-     member<&Material::stiffening, &SpringStiffening::quadratic>},
+     member<&MaterialKeys::material, &Material::stiffening, &SpringStiffening::quadratic>},
     {"stiffening_cubic", "", kFrom0To1e6, "0", "b: likewise; stretched and pressed alike",
-     member<&Material::stiffening, &SpringStiffening::cubic>},
+     member<&MaterialKeys::material, &Material::stiffening, &SpringStiffening::cubic>},
     {"crush_resistance", "", kFrom0To1e6, "0",
      "beta: cells below the volume ratio J0 = crush_ratio store G V0 beta (J0 - J)^3 / (3 J0^2); 20 is much",
-     member<&Material::crush, &CrushResistance::stiffness>},
+     member<&MaterialKeys::material, &Material::crush, &CrushResistance::stiffness>},
     {"crush_ratio", "", inside(0, 1, "inside (0, 1), both ends excluded"), "0.7", "J0: no other cell is touched",
-     member<&Material::crush, &CrushResistance::ratio>},
+     member<&MaterialKeys::material, &Material::crush, &CrushResistance::ratio>},
+    {"relaxation", "1, s", above(0, 1e6, "one to four rows [part, time], each number above 0 and at most 1e6"), "none",
+     "beside the moduli, which are those of slow loads, each row has part times as much that fades by exp(-t / time); "
+     "symplectic-euler or leapfrog, see \"Relaxation\"",
+     field<RelaxationFormat, Memory>},
 };
 
-void relate_material(const TableCheck& table, const Material& material) {
-    const SpringStiffening& given = material.stiffening;
+void complete_material(const GivenTable& given, MaterialKeys& keys) {
+    constexpr std::string_view kModuli[] = {"young_modulus", "poisson_ratio", "shear_modulus", "bulk_modulus",
+                                            "lame_modulus"};
+    std::vector<std::string_view> known;
+    for (const std::string_view& modulus : kModuli) {
+        if (given.has(modulus)) {
+            known.push_back(modulus);
+        }
+    }
+    if (known.size() < 2) {
+        given.missing(given.has("young_modulus") ? "poisson_ratio" : "young_modulus",
+                      "or another must be given: two of young_modulus, poisson_ratio, shear_modulus, bulk_modulus and "
+                      "lame_modulus");
+    }
+    if (known.size() > 2) {
+        given.refuse(known[2], "only two of young_modulus, poisson_ratio, shear_modulus, bulk_modulus and lame_modulus "
+                               "may be given");
+    }
+    try {
+        const YoungAndPoisson moduli = young_and_poisson(keys.moduli);
+        keys.material.young_modulus = moduli.young_modulus;
+        keys.material.poisson_ratio = moduli.poisson_ratio;
+    } catch (const std::invalid_argument& error) {
+        given.refuse(known[1], error.what());
+    }
+    if (!kModulus.holds(keys.material.young_modulus)) {
+        given.refuse(known[1], printed("with it young_modulus = %g, which must be %s", keys.material.young_modulus,
+                                       std::string(kModulus.allowed).c_str()));
+    }
+}
+
+void relate_material(const TableCheck& table, const MaterialKeys& keys) {
+    const SpringStiffening& given = keys.material.stiffening;
     const StiffeningRange range = quadratic_stiffening(given.cubic);
     if (given.quadratic < range.least || given.quadratic > range.most) {
         table.refuse("stiffening_quadratic",
@@ -152,8 +260,8 @@ void relate_material(const TableCheck& table, const Material& material) {
     }
 }
 
-constexpr KeyTable<Material> kMaterial = {"material", "One isotropic elastic material.", kMaterialKeys, nullptr,
-                                          relate_material};
+constexpr KeyTable<MaterialKeys> kMaterial = {"material", "One isotropic elastic material.", kMaterialKeys,
+                                              complete_material, relate_material};
 
 constexpr Key<Label> kLabelKeys[] = {
     {"value", "", from(1, 255, "an integer from 1 to 255, different for each label"), "required",
@@ -432,15 +540,24 @@ constexpr KeyTable<SceneObstacle> kObstacle = {
 /// A static solve takes no time.
 struct Duration : Member<&Solver::duration> {
     static std::optional<double> get(const Solver& solver) {
-        const bool none = solver.method == SolverMethod::static_equilibrium && solver.duration == 0;
+        const bool none = timeless(solver.method) && solver.duration == 0;
         return none ? std::nullopt : std::optional(solver.duration);
+    }
+};
+
+/// No other method has modes to count.
+struct Counted : Member<&Solver::count> {
+    static std::optional<Stored> get(const Solver& solver) {
+        const bool counts = solver.method == SolverMethod::modes || solver.method == SolverMethod::buckling;
+        return counts ? std::optional(solver.count) : std::nullopt;
     }
 };
 
 constexpr Key<Solver> kSolverKeys[] = {
     {"method", "", kMethod, "\"symplectic-euler\"",
      "semi-implicit Euler, explicit in time; leapfrog, likewise and of the second order; backward Euler, stable at any "
-     "step; or the equilibrium alone",
+     "step; or the equilibrium alone; the lowest vibrations about it; or the least factors of loads and moves at which "
+     "the body buckles",
      member_as<ChoiceFormat, &Solver::method>},
     {"time_step", "s",
      above(0, kNoBound,
@@ -448,7 +565,7 @@ constexpr Key<Solver> kSolverKeys[] = {
      "0.7 of the stable one; 20 times that for backward-euler", "length of a step; not used by static",
      member<&Solver::time_step>},
     {"duration", "s", from(1e-15, kNoBound, "at least 1e-15"), "none",
-     "simulated time, at most; required unless static", field<NumberFormat, Duration>},
+     "simulated time, at most; required unless static, modes or buckling", field<NumberFormat, Duration>},
     {"tolerance", "", above(0, 0.1, "above 0 and at most 0.1"), "none; static: 1e-8, float 1e-4",
      "in time: given, the run ends as soon as the body has settled; see \"Settled\". Static: bound of the residual",
      member<&Solver::tolerance>},
@@ -462,14 +579,18 @@ constexpr Key<Solver> kSolverKeys[] = {
      member<&Solver::load_steps>},
     {"preconditioner", "", words("\"automatic\", \"block-jacobi\" or \"multigrid\""), "\"automatic\"",
      "of the linear solves in static and backward-euler", member_as<ChoiceFormat, &Solver::preconditioner>},
+    {"count", "", from(1, 1000, "an integer from 1 to 1000"), "6",
+     "of the modes, or buckling loads, that are looked for", field<IntegerFormat, Counted>},
 };
 
 void complete_solver(const GivenTable& given, Solver& solver) {
-    const bool timeless = solver.method == SolverMethod::static_equilibrium;
-    if (!timeless && !given.has("duration")) {
+    if (!timeless(solver.method) && !given.has("duration")) {
         given.missing("duration");
     }
-    if (!timeless && given.has("accuracy")) {
+    if (solver.method != SolverMethod::modes && solver.method != SolverMethod::buckling && given.has("count")) {
+        given.refuse("count", "it is of modes or buckling loads: method must be \"modes\" or \"buckling\"");
+    }
+    if (solver.method != SolverMethod::static_equilibrium && given.has("accuracy")) {
         given.refuse("accuracy", "only a static solve tells its error: method must be \"static\"");
     }
 }
@@ -566,9 +687,30 @@ constexpr SceneTable inner() {
     return {table.name, table.meaning, false, false, [] { return table.described(); }};
 }
 
+MaterialKeys keys_of(const Scene& scene) {
+    return {scene.material, {}, scene.relaxation};
+}
+/// Two parts of a scene.
+constexpr SceneTable material_table() {
+    return {kMaterial.name,
+            kMaterial.meaning,
+            true,
+            false,
+            [] { return kMaterial.described(); },
+            [](Scene& scene, const SceneValue& value, const std::string& path) {
+                MaterialKeys keys = kMaterial.read(scene, value, path);
+                scene.material = keys.material;
+                scene.relaxation = std::move(keys.relaxation);
+            },
+            [](const Scene& scene) {
+                kMaterial.check({scene, std::string(kMaterial.name), kMaterial.described(), false}, keys_of(scene));
+            },
+            [](const Scene& scene) { return SceneValue::Array{kMaterial.write(keys_of(scene))}; }};
+}
+
 constexpr SceneTable kTables[] = {
     of_scene<kBody, &Scene::body>(true),
-    of_scene<kMaterial, &Scene::material>(true),
+    material_table(),
     of_scene<kLabel, &Scene::labels>(),
     of_scene<kFix, &Scene::fixes>(),
     of_scene<kMove, &Scene::moves>(),

@@ -1,10 +1,13 @@
 /// Each effect of a scene by what physics says of it, and the list of effects.
 
+#include "layouts/messages.hpp"
 #include "simulation/run/effect_list.hpp"
 #include "tests/program.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 namespace hybmss {
 namespace {
@@ -136,6 +139,78 @@ TEST(StiffeningSprings, blow_up_is_one_clear_error) {
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_NE(result.errors.find("s.toml: diverged by step "), std::string::npos) << result.errors;
     EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+}
+
+/// A bar of E = 1 MPa that may slip across, with branches of relaxation, and what is done to its end.
+Scene remembering_bar(const std::string& more, double poisson_ratio) {
+    return parse_scene(printed("[body]\ncells = [2, 2, 4]\ncell_size = 0.1\n"
+                               "[material]\nyoung_modulus = 1e6\npoisson_ratio = %g\ndensity = 1000\n"
+                               "relaxation = [[0.8, 2], [0.3, 0.4]]\n",
+                               poisson_ratio) +
+                           "[[fix]]\nwhere = \"x-min\"\naxes = \"x\"\n[[fix]]\nwhere = \"y-min\"\naxes = \"y\"\n"
+                           "[[fix]]\nwhere = \"z-min\"\naxes = \"z\"\n[damping]\nmass = 5\n"
+                           "[solver]\nduration = 5\n[[probe]]\nname = \"end\"\nwhere = \"z-max\"\n" +
+                           more,
+                       "bar.toml");
+}
+
+TEST(Relaxation, a_stretched_bar_follows_its_prony_series) {
+    for (const double nu : {0.1, 0.45}) {
+        Simulation simulation(
+            remembering_bar("[[move]]\nwhere = \"z-max\"\naxes = \"z\"\ntranslate = [0, 0, 4e-6]\nover = 1\n", nu));
+        const double slow = 1e6 * 0.04 * 1e-5; // E A strain
+        for (const double t : {2.0, 3.0, 5.0}) {
+            simulation.step(std::lround(t / simulation.time_step()) - simulation.steps());
+            double factor = 1; // 1 + sum of part times the integral of ds/du e^-((t - u) / time) over the way s(u)
+            for (const auto& [part, time] : {std::pair{0.8, 2.0}, {0.3, 0.4}}) {
+                constexpr int kPieces = 1000;
+                for (int i = 0; i < kPieces; ++i) {
+                    const double u = (i + 0.5) / kPieces, rate = 30 * u * u * (1 - u) * (1 - u);
+                    factor += part * rate / kPieces * std::exp(-(simulation.time() - u) / time);
+                }
+            }
+            EXPECT_NEAR(simulation.probes().at(0).force[2] / slow, factor, 1e-3) << nu << " " << t;
+        }
+    }
+}
+
+TEST(Relaxation, a_loaded_bar_creeps_as_its_series_says) {
+    Scene scene = remembering_bar("[[load]]\nwhere = \"z-max\"\nforce = [[0, 0, 0, 0], [1, 0, 0, 0.4]]\n", 0.3);
+    scene.relaxation = {{0.8, 2}};
+    scene.damping.mass = 2;
+    Simulation simulation(scene);
+    // The strain's own series has one time, 2 (1 + 0.8) s, and the part 0.8 / 1.8 is late.
+    const double time = 2 * 1.8, late = 0.8 / 1.8, end = 0.4 / 0.04 / 1e6 * 0.4;
+    for (const double t : {3.0, 4.0, 5.0}) {
+        simulation.step(std::lround(t / simulation.time_step()) - simulation.steps());
+        const double left = late * time * std::expm1(1 / time) * std::exp(-simulation.time() / time);
+        EXPECT_NEAR(simulation.probes().at(0).mean_displacement[2] / end, 1 - left, 1e-3) << t;
+    }
+}
+
+TEST(Relaxation, is_balanced_goes_on_from_checkpoints_and_is_refused_where_it_is_not_there) {
+    Scene scene = remembering_bar("[output]\nenergy_balance = true\n[[move]]\nwhere = \"z-max\"\naxes = \"z\"\n"
+                                  "translate = [0, 0, 0.04]\nover = 0.5\n",
+                                  0.3);
+    scene.solver.duration = 1;
+    scene.solver.method = SolverMethod::leapfrog;
+    const Summary summary = Simulation(scene).run();
+    ASSERT_TRUE(summary.balance);
+    EXPECT_GT(summary.balance->effects_dissipated, 0.02 * summary.energies.springs);
+    EXPECT_LT(summary.balance->relative_imbalance(), 1e-3);
+    const auto own = std::find_if(summary.energies.effects.begin(), summary.energies.effects.end(),
+                                  [](const EffectEnergy& e) { return e.name == "relaxation"; });
+    ASSERT_NE(own, summary.energies.effects.end());
+    EXPECT_GT(own->stored, 0);
+
+    scene.solver.method = SolverMethod::backward_euler;
+    scene.output.energy_balance = false;
+    EXPECT_THROW(Simulation{scene}, SceneError);
+    // What takes no time has the slow moduli.
+    scene.solver = {};
+    scene.solver.method = SolverMethod::static_equilibrium;
+    scene.moves[0].motion = std::array<double, 3>{0, 0, 4e-6};
+    EXPECT_NEAR(Simulation(scene).run().probes.at(0).force[2], 0.4, 1e-4);
 }
 
 TEST(EffectList, every_effect_can_be_added_and_taken_out) {

@@ -101,6 +101,14 @@ TEST(Scene, every_key_is_written_and_read_back) {
     free.solver.accuracy = 1e-3;
     free.solver.load_steps = 3;
     free.solver.preconditioner = PreconditionerKind::multigrid;
+    free.relaxation = {{0.1, 2}, {1e6, 1e-9}};
+    for (const SolverMethod method : {SolverMethod::modes, SolverMethod::buckling}) {
+        Scene shaking = scene;
+        shaking.solver = {};
+        shaking.solver.method = method;
+        shaking.solver.count = 11;
+        EXPECT_TRUE(parse_scene(to_toml(shaking), "s.toml") == shaking) << to_toml(shaking);
+    }
     free.material.volume_energy = VolumeEnergy::none;
     free.material.stiffening = {-0.5, 1};
     free.material.crush = {20, 0.6};
@@ -108,6 +116,34 @@ TEST(Scene, every_key_is_written_and_read_back) {
     free.body.labels = {1, 2};
     free.body.size = {0, 0, 0};
     EXPECT_THROW(to_toml(free), SceneError);
+}
+
+TEST(Scene, any_two_moduli_are_a_material) {
+    const auto moduli = [](const std::string& lines) {
+        std::string text = test::small_scene("young_modulus = 1e4", lines);
+        text.erase(text.find("poisson_ratio = 0.3\n"), 20);
+        return parse_scene(text, "s.toml").material;
+    };
+    const Material by_moduli = moduli("shear_modulus = 6e3\nbulk_modulus = 1e4");
+    EXPECT_DOUBLE_EQ(by_moduli.young_modulus, 15e3);
+    EXPECT_DOUBLE_EQ(by_moduli.poisson_ratio, 0.25);
+    const Material by_lame = moduli("lame_modulus = 6e3\nshear_modulus = 6e3");
+    EXPECT_DOUBLE_EQ(by_lame.young_modulus, 15e3);
+    const auto refused = [&](const std::string& lines, const std::string& told) {
+        try {
+            moduli(lines);
+            ADD_FAILURE() << lines;
+        } catch (const SceneError& error) {
+            EXPECT_NE(std::string(error.what()).find(told), std::string::npos) << error.what();
+        }
+    };
+    refused("shear_modulus = 6e3", "material.young_modulus: missing");
+    refused("shear_modulus = 6e3\nbulk_modulus = 1e4\nyoung_modulus = 1", "only two of");
+    refused("young_modulus = 1000\nshear_modulus = 300", "poisson_ratio = 0.666667");
+    refused("shear_modulus = -1\nbulk_modulus = 1", "s.toml:5:17: material.shear_modulus = -1: it must be");
+    refused("young_modulus = 1\npoisson_ratio = 0.3\nrelaxation = [[1, 0]]", "material.relaxation");
+    refused("young_modulus = 1\npoisson_ratio = 0.3\nrelaxation = []", "one to four rows");
+    refused("young_modulus = 1\npoisson_ratio = 0.3\nrelaxation = [[1, 2, 3]]", "one to four rows");
 }
 
 TEST(Scene, documentation_shows_exactly_the_keys_of_the_parser) {

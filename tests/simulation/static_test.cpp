@@ -56,6 +56,90 @@ TEST(Static, shear_and_torsion_meet_the_figures) {
     EXPECT_NEAR(solved(torsion).probes.at(0).torque[1], 47351.7, 5);
 }
 
+/// A slender bar on its foot, and what presses its head.
+Scene bar_scene(const std::string& method, const std::string& more) {
+    return parse_scene("[body]\ncells = [2, 2, 8]\ncell_size = 0.3\n[material]\nyoung_modulus = 1e4\n"
+                       "poisson_ratio = 0.3\ndensity = 1000\n[[fix]]\nwhere = \"z-min\"\n" +
+                           more + "[solver]\nmethod = \"" + method + "\"\ncount = 3\n",
+                       "bar.toml");
+}
+
+/// The same by the solver itself.
+struct Bar {
+    Lattice lattice = Lattice::box(2, 2, 8, 0.3);
+    EquilibriumSolver<double> solver{lattice, Material{.young_modulus = 1e4, .poisson_ratio = 0.3}};
+    Loading loading;
+    std::vector<double> u = std::vector<double>(3 * lattice.nodes().size(), 0.0);
+
+    Bar() {
+        loading.forces.assign(lattice.nodes().size(), {0, 0, 0});
+        for (std::uint32_t n = 0; n < 9; ++n) {
+            loading.supports.push_back({n, 7, {0, 0, 0}, {0, 0, 0}});
+            // A corner of the face touches one cell, an edge's middle two, the middle four.
+            const double share = (n % 3 == 1 ? 2 : 1) * (n / 3 == 1 ? 2 : 1) / 16.0;
+            loading.forces[loading.forces.size() - 9 + n] = {0, 0, -40 * share};
+        }
+    }
+    VectorField<double> field() { return VectorField<double>::aos(u.data(), lattice.nodes().size()); }
+};
+
+TEST(Modes, are_those_of_the_solver_about_rest_and_about_the_loaded_body) {
+    Bar bar;
+    const std::string load = "[[load]]\nwhere = \"z-max\"\nforce = [0, 0, -40]\n";
+    for (const bool loaded : {false, true}) {
+        const Summary summary = solved(bar_scene("modes", loaded ? load : ""));
+        ASSERT_TRUE(summary.converged) << summary.failure;
+        if (loaded) {
+            ASSERT_EQ(bar.solver.solve(bar.loading, bar.field()).status, EquilibriumStatus::converged);
+        }
+        const ModesResult modes = bar.solver.modes(bar.loading.supports, bar.field(), {.count = 3});
+        ASSERT_EQ(summary.modes.size(), 3u);
+        for (std::size_t m = 0; m < 3; ++m) {
+            EXPECT_NEAR(summary.modes[m].value, modes.modes[m].frequency(), 1e-9 * modes.modes[2].frequency());
+        }
+        EXPECT_EQ(summary.work.load_steps > 0, loaded);
+    }
+}
+
+TEST(Modes, leave_a_free_bodys_own_motions_out) {
+    Scene scene = bar_scene("modes", "");
+    scene.fixes.clear();
+    const Summary summary = solved(scene);
+    EXPECT_TRUE(summary.converged) << summary.failure;
+    EXPECT_EQ(summary.rigid_motions, 6);
+    EXPECT_GT(summary.modes.at(0).value, 0);
+    double greatest = 0;
+    for (const auto& u : summary.modes[0].shape) {
+        greatest = std::max(greatest, std::hypot(u[0], u[1], u[2]));
+    }
+    EXPECT_NEAR(greatest, 0.24, 1e-12); // a tenth of the edge
+}
+
+TEST(Buckling, is_that_of_the_solver_for_loads_and_for_moves) {
+    Bar bar;
+    const Summary by_force = solved(bar_scene("buckling", "[[load]]\nwhere = \"z-max\"\nforce = [0, 0, -40]\n"));
+    ASSERT_TRUE(by_force.converged) << by_force.failure;
+    const BucklingResult loads = bar.solver.buckling(bar.loading, {.count = 3});
+    for (std::size_t m = 0; m < 3; ++m) {
+        EXPECT_NEAR(by_force.modes.at(m).value, loads.loads.at(m).factor, 1e-6 * loads.loads[m].factor);
+    }
+    EXPECT_EQ(by_force.energies.springs, 0); // at rest
+    const Summary by_move = solved(bar_scene("buckling", "[[move]]\nwhere = \"z-max\"\ntranslate = [0, 0, -0.1]\n"));
+    ASSERT_TRUE(by_move.converged) << by_move.failure;
+    // A clamped head: four times the load of a free one along twice the way... but more than twice the factor at least.
+    EXPECT_GT(by_move.modes.at(0).value, 0);
+    const Summary pulled = solved(bar_scene("buckling", "[[load]]\nwhere = \"x-max\"\nforce = [0, 0, 0]\n"));
+    EXPECT_FALSE(pulled.converged);
+    EXPECT_EQ(pulled.failure, "the loading moves nothing");
+}
+
+TEST(Modes, are_refused_in_float_and_their_count_elsewhere) {
+    SimulationOptions single;
+    single.precision = Precision::float32;
+    EXPECT_THROW(solved(bar_scene("modes", ""), single), SceneError);
+    EXPECT_THROW(bar_scene("static", ""), SceneError); // with a count
+}
+
 /// Gravity alone: the support carries the weight.
 TEST(Static, beam_hangs_from_its_support) {
     const Summary summary = solved(static_example("beam"));

@@ -224,12 +224,19 @@ enum class SolverMethod {
     leapfrog,           ///< likewise, of the second order
     backward_euler,     ///< implicit in time: stable at any step, with numerical damping
     static_equilibrium, ///< no time at all: supports and loads at their final values
+    modes,              ///< that equilibrium, and the lowest vibrations about it; about rest where nothing loads it
+    buckling,           ///< the least factors of loads and moves at which the body at rest gives way, linearly
 };
 
-/// "symplectic-euler", "leapfrog", "backward-euler" or "static".
+/// "symplectic-euler", "leapfrog", "backward-euler", "static", "modes" or "buckling".
 std::string_view name(SolverMethod method);
 constexpr bool explicit_in_time(SolverMethod method) {
     return method == SolverMethod::symplectic_euler || method == SolverMethod::leapfrog;
+}
+/// Of those that know no time.
+constexpr bool timeless(SolverMethod method) {
+    return method == SolverMethod::static_equilibrium || method == SolverMethod::modes ||
+           method == SolverMethod::buckling;
 }
 
 struct Solver {
@@ -243,6 +250,7 @@ struct Solver {
     std::optional<double> accuracy;
     int load_steps = 1; ///< static: the first load step is one part in so many
     PreconditionerKind preconditioner = PreconditionerKind::automatic; ///< static and backward Euler
+    int count = 6;                                                     ///< of modes or buckling loads
     bool operator==(const Solver&) const = default;
 };
 
@@ -272,7 +280,8 @@ struct SceneSource {
 struct Scene {
     SceneBody body;
     Material material;
-    std::vector<Label> labels; ///< none: the body has one label, and it is `material`
+    std::vector<Relaxation> relaxation; ///< of the material, in time: see ExplicitDynamics::relax()
+    std::vector<Label> labels;          ///< none: the body has one label, and it is `material`
     std::vector<Fix> fixes;
     std::vector<Move> moves;
     std::vector<Start> starts;

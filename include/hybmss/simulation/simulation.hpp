@@ -92,6 +92,11 @@ struct SolverWork {
     std::string preconditioner;
 };
 
+/// Of a search for modes or buckling loads.
+struct ModesProgress {
+    int iteration = 0, found = 0, count = 0;
+};
+
 struct Progress {
     long step = 0, steps = 0; ///< taken, and planned at most
     double time = 0;          ///< s
@@ -99,6 +104,7 @@ struct Progress {
     Energies energies;
     Settlement settlement;
     std::optional<EquilibriumProgress> solve; ///< of a static solve: it knows nothing of the above but the wall time
+    std::optional<ModesProgress> modes;       ///< likewise
 };
 
 /// What a run calls back; each may be empty.
@@ -121,8 +127,17 @@ struct StressSummary {
     std::array<double, 6> mean_cauchy{}; ///< Pa, over the deformed volume: xx, yy, zz, xy, yz, xz
 };
 
+/// A vibration, or a way to buckle.
+struct ModeReading {
+    double value = 0; ///< frequency in Hz, below zero where the shape grows; or the factor of loads and moves
+    double residual = 0;
+    /// m, one a node; the greatest displacement is a tenth of the body's longest edge at rest.
+    std::vector<std::array<double, 3>> shape;
+};
+
 /// What came of a run.
 struct Summary {
+    SolverMethod method = SolverMethod::symplectic_euler;
     bool converged = false;
     std::string failure;      ///< why the run stopped early or is no success; "" where all is well
     bool interrupted = false; ///< RunCallbacks::checkpoint ended it
@@ -133,6 +148,8 @@ struct Summary {
     std::optional<EnergyBalance> balance;   ///< where the scene asks for it
     std::optional<AccuracyReport> accuracy; ///< of solve_to_accuracy()
     std::optional<StressSummary> stress;    ///< where the scene asks for it
+    std::vector<ModeReading> modes;         ///< with the methods "modes" and "buckling", from the lowest on
+    int rigid_motions = 0;                  ///< motions of the whole body that cost nothing, left out of the modes
     std::vector<std::string> warnings;      ///< what the results do not show by themselves, a line each
     long steps = 0;
     double time = 0, time_step = 0, critical_time_step = 0; ///< s
