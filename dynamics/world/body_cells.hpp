@@ -46,6 +46,8 @@ inline std::array<double, 8> trilinear_weights(const Point& xi) {
 struct PlaceInCell {
     Point xi;
     Matrix gradient;
+
+    Point slope(std::size_t axis) const { return {gradient[3 * axis], gradient[3 * axis + 1], gradient[3 * axis + 2]}; }
 };
 
 /// The place of `x` in a cell with these corners, by Newton's method; it may lie somewhat beside the cell. Nothing

@@ -120,6 +120,7 @@ struct World<T>::Implementation {
         for (const double mass : inside(body).body->masses()) {
             nodes.inverse_mass.push_back(mass > 0 ? 1 / mass : 0);
         }
+        nodes.weigh_gathered();
     }
     /// visit(pair) of all that the body is part of.
     template <class Visit>
@@ -142,6 +143,7 @@ struct World<T>::Implementation {
                 for (const PrescribedComponent<T>& p : i.prescribed) {
                     held[p.node] |= static_cast<std::uint8_t>(1 << p.axis);
                 }
+                body.nodes->weigh_gathered();
             }
             if (body.settings != i.settings) {
                 disturb(b, [](PairContact<T>& pair) { pair.forget(); });
@@ -277,6 +279,7 @@ void World<T>::Implementation::step_bodies(const StepParameters& parameters, lon
     const auto step_one = [&](std::size_t b) {
         if (motions.empty()) {
             bodies[b].dynamics().step(parameters, count);
+            bodies[b].nodes->gather(parameters.time_step);
             return;
         }
         StepMotion later;
@@ -287,6 +290,7 @@ void World<T>::Implementation::step_bodies(const StepParameters& parameters, lon
             later.obstacles = [&](long step) { return motions[b].obstacles(done + step); };
         }
         bodies[b].dynamics().step(parameters, count, later);
+        bodies[b].nodes->gather(parameters.time_step);
     };
     std::size_t largest = 0, all = 0;
     for (const Body& body : bodies) {
@@ -308,8 +312,12 @@ void World<T>::Implementation::touch(double time_step, double gain) {
     for (const std::vector<std::size_t>& colour : colours) {
         threads.run(colour.size(), [&](std::size_t p) {
             PairContact<T>& pair = pairs[colour[p]];
-            pair.step(time_step, gain, travels * pair.approach());
+            const double approach = pair.approach();
+            pair.step(time_step, gain, travels * approach, kGrowth * time_step * approach);
         });
+    }
+    if (!colours.empty()) {
+        threads.run(bodies.size(), [&](std::size_t b) { bodies[b].nodes->scatter(); });
     }
 }
 
@@ -474,6 +482,9 @@ void World<T>::set_contacts(std::span<const BodyContact> contacts) {
         contact.stiffness = contact.stiffness > 0 ? contact.stiffness : default_contact_stiffness(step);
         contact.friction_delay = contact.friction_delay > 0 ? contact.friction_delay : default_friction_delay(step);
         pairs.emplace_back(contact, *i.bodies[contact.first].nodes, *i.bodies[contact.second].nodes);
+    }
+    for (PairContact<T>& pair : i.pairs) {
+        pair.forget();
     }
     i.pairs = std::move(pairs);
     i.colours.clear();

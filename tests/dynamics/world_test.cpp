@@ -428,7 +428,7 @@ TYPED_TEST(WorldOf, a_body_touches_itself) {
             }
         }
         if (touches) {
-            EXPECT_GT(gap, -0.1 * kEdge);
+            EXPECT_GT(gap, -0.12 * kEdge);
             EXPECT_LT(gap, 0.1 * kEdge);
             EXPECT_GT(world.contact_readings().at(0).nodes, 0u);
         } else {
