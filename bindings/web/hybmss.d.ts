@@ -79,6 +79,24 @@ export class Lattice {
   free(): void;
 }
 
+/** Explicit springs and hexahedral cells. Not changed by use. */
+export class Network {
+  constructor(given: {
+    /** x y z a node, m */
+    restPositions: ArrayLike<number>;
+    /** one a node, kg */
+    masses: ArrayLike<number>;
+    /** `nodes`: the two ends of each; N/m; `restVectors`: x y z from the first end to the second, m; left out: as the nodes are */
+    springs?: { nodes: ArrayLike<number>; stiffness: ArrayLike<number>; restVectors?: ArrayLike<number> };
+    /** `nodes`: eight corners of each, bit 0 of a corner's number the high side in x, bit 1 in y, bit 2 in z; Pa */
+    cells?: { nodes: ArrayLike<number>; kappa: ArrayLike<number> };
+    /** left out: quadratic */
+    volumeEnergy?: "quadratic" | "mean-stretch" | "none";
+  });
+  readonly nodeCount: number;
+  free(): void;
+}
+
 /** Left out: float32, accurate, the plan's own choice. */
 export interface PlanOptions {
   precision?: Precision;
@@ -88,7 +106,7 @@ export interface PlanOptions {
 
 /** Forces and energies of a body at displacements of the caller's. */
 export class ForcePlan {
-  constructor(lattice: Lattice, options?: PlanOptions);
+  constructor(body: Lattice | Network, options?: PlanOptions);
   readonly nodeCount: number;
   /** x y z a node, m; a view, to be written */
   readonly displacements: Values;
@@ -154,7 +172,7 @@ export interface ObstacleReading {
 
 /** A body that moves by explicit steps. Starts at rest. */
 export class Dynamics {
-  constructor(lattice: Lattice, options?: PlanOptions);
+  constructor(body: Lattice | Network, options?: PlanOptions);
   readonly nodeCount: number;
   readonly lattice: Lattice;
   /** x y z a node, m; read: a view of the state as it is now, until it is read again. Set: a copy of what is given. */

@@ -348,6 +348,57 @@ export class Lattice extends Handle {
   }
 }
 
+/** Explicit springs and cells. */
+export class Network extends Handle {
+  constructor(given) {
+    ready();
+    known("network", given, ["restPositions", "masses", "springs", "cells", "volumeEnergy"]);
+    const { restPositions, masses, springs = { nodes: [], stiffness: [] }, cells = { nodes: [], kappa: [] } } = given;
+    known("network.springs", springs, ["nodes", "stiffness", "restVectors"]);
+    known("network.cells", cells, ["nodes", "kappa"]);
+    const [nodes, springCount, cellCount] = [masses.length, springs.stiffness.length, cells.kappa.length];
+    const long = (name, values, length) => {
+      if (values.length !== length) {
+        throw new HybmssError("invalid argument", `${name}: ${values.length} values given, ${length} needed`);
+      }
+    };
+    long("network.restPositions", restPositions, 3 * nodes);
+    long("network.springs.nodes", springs.nodes, 2 * springCount);
+    long("network.springs.restVectors", springs.restVectors ?? { length: 3 * springCount }, 3 * springCount);
+    long("network.cells.nodes", cells.nodes, 8 * cellCount);
+    const ends = wholes("network.springs.nodes", springs.nodes, 31);
+    const corners = wholes("network.cells.nodes", cells.nodes, 31);
+    super("body", (slot) =>
+      withMemory((take) => {
+        const network = take(32);
+        const [x, m] = [put(take, Float64Array, restPositions), put(take, Float64Array, masses)];
+        const [s, c] = [take(40 * Math.max(springCount, 1)), take(40 * Math.max(cellCount, 1))];
+        const view = data(); // nothing is allocated from here on
+        [x, m, nodes, s, springCount, c, cellCount].forEach((value, i) => view.setUint32(network + 4 * i, value, true));
+        view.setInt32(network + 28, choice("network.volumeEnergy", given.volumeEnergy ?? "quadratic", volumeEnergies), true);
+        for (let i = 0; i < springCount; ++i) {
+          const [a, b] = [ends[2 * i], ends[2 * i + 1]];
+          view.setInt32(s + 40 * i, a, true);
+          view.setInt32(s + 40 * i + 4, b, true);
+          view.setFloat64(s + 40 * i + 8, springs.stiffness[i], true);
+          for (let axis = 0; axis < 3; ++axis) {
+            const between = springs.restVectors?.[3 * i + axis] ?? restPositions[3 * b + axis] - restPositions[3 * a + axis];
+            view.setFloat64(s + 40 * i + 16 + 8 * axis, between, true);
+          }
+        }
+        for (let i = 0; i < cellCount; ++i) {
+          for (let corner = 0; corner < 8; ++corner) {
+            view.setInt32(c + 40 * i + 4 * corner, corners[8 * i + corner], true);
+          }
+          view.setFloat64(c + 40 * i + 32, cells.kappa[i], true);
+        }
+        call("hybmss_network_create", network, slot);
+      }),
+    );
+    this.nodeCount = number(this.at, "hybmss_body_node_count");
+  }
+}
+
 // ---- plans and motion
 
 const accuracies = ["accurate", "exact", "fast"];

@@ -12,6 +12,17 @@ AT(hybmss_material, springs, 56);
 AT(hybmss_material, crush_resistance, 64);
 SIZE(hybmss_material, 80);
 
+AT(hybmss_spring, stiffness, 8);
+AT(hybmss_spring, rest_vector, 16);
+SIZE(hybmss_spring, 40);
+AT(hybmss_cell, kappa, 32);
+SIZE(hybmss_cell, 40);
+AT(hybmss_network, node_count, 8);
+AT(hybmss_network, springs, 12);
+AT(hybmss_network, cells, 20);
+AT(hybmss_network, volume_energy, 28);
+SIZE(hybmss_network, 32);
+
 AT(hybmss_plan_options, layout, 4);
 AT(hybmss_plan_options, accuracy, 8);
 AT(hybmss_plan_options, threads, 12);

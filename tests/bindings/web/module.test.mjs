@@ -5,7 +5,7 @@ import { copyFile, mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import test from "node:test";
 
-import { Dynamics, ForcePlan, HybmssError, Lattice, load, Record, Skin, version, World } from "../../../build/web/package/hybmss.js";
+import { Dynamics, ForcePlan, HybmssError, Lattice, load, Network, Record, Skin, version, World } from "../../../build/web/package/hybmss.js";
 
 const root = new URL("../../../", import.meta.url);
 const source = (path) => readFile(new URL(path, root));
@@ -308,4 +308,68 @@ test("lengths and names of what is given are checked", () => {
   const labels = { cells: [2, 1, 1], cellSize: 0.1, labels: [1, 256], materials: [{}] };
   refused(() => new Lattice(labels), /label = 256 is not allowed: it must be a whole number below 2\^8/);
   refused(() => new Skin(lattice, lattice.boundaryMesh(), { map: [0] }), /map = \[0\] is not allowed: it must be 12 numbers/);
+});
+
+test("a network: springs by Hooke's law, cells by their volumes, motion that keeps momentum", () => {
+  const random = twister(9);
+  const drawn = () => random.next().value / 2 ** 31 - 1;
+  // The corners of a cube of 1 cm, and one node beside it.
+  const rest = Float64Array.from({ length: 27 }, (_, i) => (i < 24 ? ((i / 3) >> (i % 3)) & 1 : [3, 1, 2][i - 24]) * 0.01);
+  const masses = Float64Array.from({ length: 9 }, (_, i) => 1e-4 * (1 + i));
+  const nodes = [0, 1, 0, 7, 3, 8, 8, 5, 2, 4];
+  const stiffness = [10, 20, 30, 40, 50];
+  const springs = { nodes, stiffness };
+  const plain = new ForcePlan(new Network({ restPositions: rest, masses, springs, volumeEnergy: "none" }), { precision: "float64" });
+  const u = Float64Array.from(rest, () => 2e-3 * drawn());
+  plain.displacements.set(u);
+  plain.addForces();
+  const expected = new Float64Array(27);
+  let energy = 0;
+  stiffness.forEach((k, s) => {
+    const [a, b] = [nodes[2 * s], nodes[2 * s + 1]];
+    const [at, now] = [rest, rest.map((x, i) => x + u[i])].map((x) => [0, 1, 2].map((i) => x[3 * b + i] - x[3 * a + i]));
+    const stretch = Math.hypot(...now) - Math.hypot(...at);
+    energy += (k * stretch ** 2) / 2;
+    now.forEach((d, i) => {
+      expected[3 * a + i] += (k * stretch * d) / Math.hypot(...now);
+      expected[3 * b + i] -= (k * stretch * d) / Math.hypot(...now);
+    });
+  });
+  plain.forces.forEach((f, i) => assert.ok(Math.abs(f - expected[i]) < 1e-13, `${f} ${expected[i]}`));
+  assert.ok(Math.abs(plain.energy().springs - energy) < 1e-13 * energy && plain.energy().volume === 0);
+
+  const cells = { nodes: [0, 1, 2, 3, 4, 5, 6, 7], kappa: [1e4] };
+  for (const volumeEnergy of ["quadratic", "mean-stretch"]) {
+    const whole = new ForcePlan(new Network({ restPositions: rest, masses, springs, cells, volumeEnergy }), { precision: "float64" });
+    whole.displacements.set(u);
+    whole.addForces();
+    const direction = u.map(drawn);
+    const slope = [1, -1].map((sign) => {
+      whole.displacements.set(u.map((x, i) => x + sign * 1e-7 * direction[i]));
+      const { springs: a, volume: b } = whole.energy();
+      return a + b;
+    });
+    const power = whole.forces.reduce((sum, f, i) => sum + f * direction[i], 0);
+    assert.ok(Math.abs((slope[0] - slope[1]) / 2e-7 + power) < 1e-6 * Math.abs(power));
+    assert.ok(whole.energy().volume > 0);
+  }
+
+  const moving = new Dynamics(new Network({ restPositions: rest, masses, springs, cells }), { precision: "float64" });
+  moving.displacements = u;
+  moving.step({ timeStep: moving.criticalTimeStep / 2 }, 500);
+  const { velocities } = moving;
+  for (let axis = 0; axis < 3; ++axis) {
+    const parts = Array.from(masses, (m, n) => m * velocities[3 * n + axis]);
+    assert.ok(Math.abs(parts.reduce((a, b) => a + b)) < 1e-11 * parts.reduce((a, b) => a + Math.abs(b), 0));
+  }
+
+  const refused = (given, words) => assert.throws(() => new Network({ restPositions: rest, masses, ...given }), words);
+  refused({ springs: { nodes: [0, 1, 2], stiffness: [1] } }, /network.springs.nodes: 3 values given, 2 needed/);
+  refused({ springs: { nodes: [0, 9], stiffness: [1] } }, HybmssError);
+  refused({ springs: { nodes: [0, 0], stiffness: [1] } }, HybmssError);
+  refused({ springs: { nodes: [0, -1], stiffness: [1] } }, /network.springs.nodes = -1/);
+  refused({ springs: { nodes: [0, 1], stiffness: [-1] } }, HybmssError);
+  refused({ cells: { nodes: [0, 1, 2], kappa: [1] } }, /8 needed/);
+  refused({ spring: springs }, /network.spring is not known/);
+  refused({ masses: [1] }, /network.restPositions: 27 values given, 3 needed/);
 });
