@@ -9,14 +9,19 @@ template <class V>
 double kick(Scalar<V>* velocity, Scalar<V>* product, const Scalar<V>* inverse_mass, Scalar<V> factor,
             std::ptrdiff_t begin, std::ptrdiff_t end) {
     V sum = splat<V>(0);
+    double alike_sum = 0;
     for (std::ptrdiff_t n = begin; n < end; n += kWidth<V>) {
         const V impulse = splat<V>(factor) * load_lanes<V>(product + n), before = load_lanes<V>(velocity + n);
         const V after = subtract_product(load_lanes<V>(inverse_mass + n), impulse, before);
-        sum = multiply_add(impulse, before + after, sum);
+        if constexpr (Traits<V>::kAlike) {
+            add_in_double(alike_sum, impulse * (before + after));
+        } else {
+            sum = multiply_add(impulse, before + after, sum);
+        }
         store_lanes(velocity + n, after);
         store_lanes(product + n, splat<V>(0));
     }
-    return 0.5 * sum_in_double(sum);
+    return 0.5 * (Traits<V>::kAlike ? alike_sum : sum_in_double(sum));
 }
 
 /// sum <- sum + sign more, more <- 0; sign is 1 or -1, so that the product is exact.
@@ -30,7 +35,7 @@ void move_into(Scalar<V>* sum, Scalar<V>* more, Scalar<V> sign, Range begin, Ran
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(kick);
-HYBMSS_DEFINE_KERNEL(move_into);
+HYBMSS_DEFINE_ORDERED_KERNEL(kick);
+HYBMSS_DEFINE_COMMON_KERNEL(move_into);
 
 } // namespace hybmss::kernels

@@ -210,10 +210,10 @@ void add_turned(const TurnedRows<Scalar<V>>& rows, Range count) {
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(node_blocks);
-HYBMSS_DEFINE_KERNEL(grid_stencil);
-HYBMSS_DEFINE_KERNEL(patterned_cells);
-HYBMSS_DEFINE_KERNEL(turn_cells);
-HYBMSS_DEFINE_KERNEL(add_turned);
+HYBMSS_DEFINE_COMMON_KERNEL(node_blocks);
+HYBMSS_DEFINE_COMMON_KERNEL(grid_stencil);
+HYBMSS_DEFINE_COMMON_KERNEL(patterned_cells);
+HYBMSS_DEFINE_COMMON_KERNEL(turn_cells);
+HYBMSS_DEFINE_COMMON_KERNEL(add_turned);
 
 } // namespace hybmss::kernels

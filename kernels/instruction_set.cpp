@@ -15,8 +15,8 @@ namespace kernels {
 // What table_kernels.cpp defines, in a namespace for each instruction set.
 #define HYBMSS_INSTRUCTION_SET(set, ...)                                                                               \
     namespace set {                                                                                                    \
-    extern const KernelTable<float> float_table;                                                                       \
-    extern const KernelTable<double> double_table;                                                                     \
+    extern const KernelTable<float> float_table, exact_float_table;                                                    \
+    extern const KernelTable<double> double_table, exact_double_table;                                                 \
     }
 #include "kernels/instruction_sets.inc"
 #undef HYBMSS_INSTRUCTION_SET
@@ -28,14 +28,16 @@ namespace {
 struct Entry {
     InstructionSet set;
     bool (*runs_here)();
-    const kernels::KernelTable<float>& float_table;
-    const kernels::KernelTable<double>& double_table;
+    const kernels::KernelTable<float>&float_table, &exact_float_table;
+    const kernels::KernelTable<double>&double_table, &exact_double_table;
 };
 
 constexpr Entry kEntries[] = {
 #define HYBMSS_BUILT_ONLY
 #define HYBMSS_INSTRUCTION_SET(set, type, ...)                                                                         \
-    {InstructionSet::set, []() -> bool { return __VA_ARGS__; }, kernels::set::float_table, kernels::set::double_table},
+    {InstructionSet::set,        []() -> bool { return __VA_ARGS__; },                                                                     \
+     kernels::set::float_table,  kernels::set::exact_float_table,                                                      \
+     kernels::set::double_table, kernels::set::exact_double_table},
 #include "kernels/instruction_sets.inc"
 #undef HYBMSS_INSTRUCTION_SET
 #undef HYBMSS_BUILT_ONLY
@@ -107,21 +109,22 @@ InstructionSet resolve(InstructionSet wanted) {
 namespace kernels {
 
 template <class T>
-const KernelTable<T>& kernel_table(InstructionSet set) {
+const KernelTable<T>& kernel_table(InstructionSet set, Accuracy accuracy) {
+    const bool exact = accuracy == Accuracy::exact;
     for (const Entry& entry : kEntries) {
         if (entry.set == set && entry.runs_here()) {
             if constexpr (std::is_same_v<T, float>) {
-                return entry.float_table;
+                return exact ? entry.exact_float_table : entry.float_table;
             } else {
-                return entry.double_table;
+                return exact ? entry.exact_double_table : entry.double_table;
             }
         }
     }
     throw std::invalid_argument("no kernels for the instruction set " + std::string(name(set)));
 }
 
-template const KernelTable<float>& kernel_table<float>(InstructionSet);
-template const KernelTable<double>& kernel_table<double>(InstructionSet);
+template const KernelTable<float>& kernel_table<float>(InstructionSet, Accuracy);
+template const KernelTable<double>& kernel_table<double>(InstructionSet, Accuracy);
 
 } // namespace kernels
 } // namespace hybmss

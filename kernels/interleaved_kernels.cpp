@@ -162,7 +162,7 @@ void to_interleaved(const Scalar<V>* x, const Scalar<V>* y, const Scalar<V>* z, 
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(from_interleaved);
-HYBMSS_DEFINE_KERNEL(to_interleaved);
+HYBMSS_DEFINE_COMMON_KERNEL(from_interleaved);
+HYBMSS_DEFINE_COMMON_KERNEL(to_interleaved);
 
 } // namespace hybmss::kernels

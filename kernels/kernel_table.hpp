@@ -26,8 +26,9 @@ struct KernelTable {
 #undef HYBMSS_KERNEL
 };
 
-/// The table of an available instruction set (not `automatic`).
+/// The table of an available instruction set (not `automatic`): for `exact`, whose kernels give the same bits on every
+/// set, or for the other levels. A kernel has no function for a level of the other table.
 template <class T>
-const KernelTable<T>& kernel_table(InstructionSet set);
+const KernelTable<T>& kernel_table(InstructionSet set, Accuracy accuracy = Accuracy::accurate);
 
 } // namespace hybmss::kernels

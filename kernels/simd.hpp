@@ -22,6 +22,12 @@ namespace {
 template <class T, class Arch>
 using Batch = xsimd::batch<T, Arch>;
 
+/// The instruction set A for vectors whose results are the same bits on every set: a product and a sum are rounded one
+/// by one, whether or not the processor could fuse them, and many numbers are added up in one order, whatever the
+/// width.
+template <class A>
+struct Alike : A {};
+
 /// Facts about a batch type V: its scalar, its instruction set, its width.
 template <class V>
 struct Traits;
@@ -29,6 +35,7 @@ template <class T, class A>
 struct Traits<xsimd::batch<T, A>> {
     using Scalar = T;
     using Arch = A;
+    static constexpr bool kAlike = false;
     static constexpr int kWidth = static_cast<int>(xsimd::batch<T, A>::size);
 #if defined(__AVX512F__)
     static constexpr bool kAvx512 = std::is_base_of_v<xsimd::avx512f, A>;
@@ -36,12 +43,28 @@ struct Traits<xsimd::batch<T, A>> {
     static constexpr bool kAvx512 = false;
 #endif
     static constexpr bool kFloat = sizeof(T) == 4;
+#if defined(__FMA__) || defined(__aarch64__)
+    static constexpr bool kFuses = true;
+#else
+    static constexpr bool kFuses = false;
+#endif
+};
+template <class T, class A>
+struct Traits<xsimd::batch<T, Alike<A>>> : Traits<xsimd::batch<T, A>> {
+    using Arch = Alike<A>;
+    static constexpr bool kAlike = true;
+    static constexpr bool kFuses = false;
 };
 
 template <class V>
 using Scalar = typename Traits<V>::Scalar;
 template <class V>
 inline constexpr int kWidth = Traits<V>::kWidth;
+
+/// How many vectors are added up as one, so that sums do not depend on the width: those of a block of springs or cells,
+/// among which a node may occur twice.
+template <class V>
+inline constexpr int kTogether = Traits<V>::kAlike ? 16 / kWidth<V> : 1;
 
 template <class V>
 HYBMSS_INLINE V splat(Scalar<V> value) {
@@ -56,9 +79,12 @@ HYBMSS_INLINE void store_lanes(Scalar<V>* p, V v) {
     v.store_unaligned(p);
 }
 
-/// a b + c, rounded once where the instruction set can.
+/// a b + c, rounded once where the instruction set can and need not be alike.
 template <class V>
 HYBMSS_INLINE V multiply_add(V a, V b, V c) {
+    if constexpr (Traits<V>::kAlike) {
+        return a * b + c;
+    }
 #if defined(__AVX512F__)
     if constexpr (Traits<V>::kFloat) {
         return _mm512_fmadd_ps(a, b, c);
@@ -73,6 +99,9 @@ HYBMSS_INLINE V multiply_add(V a, V b, V c) {
 /// c - a b.
 template <class V>
 HYBMSS_INLINE V subtract_product(V a, V b, V c) {
+    if constexpr (Traits<V>::kAlike) {
+        return c - a * b;
+    }
 #if defined(__AVX512F__)
     if constexpr (Traits<V>::kFloat) {
         return _mm512_fnmadd_ps(a, b, c);
@@ -87,6 +116,9 @@ HYBMSS_INLINE V subtract_product(V a, V b, V c) {
 /// a b - c.
 template <class V>
 HYBMSS_INLINE V multiply_subtract(V a, V b, V c) {
+    if constexpr (Traits<V>::kAlike) {
+        return a * b - c;
+    }
 #if defined(__AVX512F__)
     if constexpr (Traits<V>::kFloat) {
         return _mm512_fmsub_ps(a, b, c);
@@ -101,6 +133,9 @@ HYBMSS_INLINE V multiply_subtract(V a, V b, V c) {
 /// -a b - c.
 template <class V>
 HYBMSS_INLINE V minus_product_minus(V a, V b, V c) {
+    if constexpr (Traits<V>::kAlike) {
+        return -(a * b) - c;
+    }
 #if defined(__AVX512F__)
     if constexpr (Traits<V>::kFloat) {
         return _mm512_fnmsub_ps(a, b, c);
@@ -318,6 +353,20 @@ HYBMSS_INLINE double sum_in_double(V v) {
     return sum;
 }
 
+/// sum + the lanes; vectors that are alike one lane after the other, since their number is no matter of the sum.
+template <class V>
+HYBMSS_INLINE void add_in_double(double& sum, V v) {
+    if constexpr (Traits<V>::kAlike) {
+        alignas(64) Scalar<V> lanes[kWidth<V>];
+        v.store_aligned(lanes);
+        for (int i = 0; i < kWidth<V>; ++i) {
+            sum += static_cast<double>(lanes[i]);
+        }
+    } else {
+        sum += sum_in_double(v);
+    }
+}
+
 /// Whether any lane is above zero.
 template <class V>
 HYBMSS_INLINE bool any_positive(V v) {
@@ -344,3 +393,37 @@ HYBMSS_INLINE std::ptrdiff_t forget(std::ptrdiff_t n) {
 
 } // namespace
 } // namespace hybmss::kernels
+
+// Registers of Alike<A> are those of A.
+namespace xsimd::types {
+template <class T, class A>
+struct simd_register<T, hybmss::kernels::Alike<A>> : simd_register<T, A> {
+    using register_type = typename simd_register<T, A>::register_type;
+    simd_register(register_type value) noexcept : simd_register<T, A>{value} {}
+    simd_register() = default;
+};
+template <class T, class A>
+struct has_simd_register<T, hybmss::kernels::Alike<A>> : has_simd_register<T, A> {};
+template <class T, class A>
+struct get_bool_simd_register<T, hybmss::kernels::Alike<A>> : get_bool_simd_register<T, A> {};
+} // namespace xsimd::types
+
+#if defined(__aarch64__)
+// xsimd 8.1 passes neon64's own vectors on here, which are no Alike<neon64>.
+namespace xsimd::kernel {
+template <>
+inline auto broadcast(float value, requires_arch<neon64>) noexcept -> batch<float, hybmss::kernels::Alike<neon64>> {
+    return vdupq_n_f32(value);
+}
+template <>
+inline auto broadcast(std::int32_t value, requires_arch<neon64>) noexcept
+    -> batch<std::int32_t, hybmss::kernels::Alike<neon64>> {
+    return vdupq_n_s32(value);
+}
+template <>
+inline auto broadcast(std::int64_t value, requires_arch<neon64>) noexcept
+    -> batch<std::int64_t, hybmss::kernels::Alike<neon64>> {
+    return vdupq_n_s64(value);
+}
+} // namespace xsimd::kernel
+#endif

@@ -15,7 +15,8 @@ namespace {
 constexpr const char* kIntroduction =
     "64 bodies, full HybMSS, ten steps a call; medians of interleaved rounds. `speed-up`: over the same bodies stepped "
     "one\n"
-    "after the other on one thread; `quiet`: the same ratio of the fastest quarters of all rounds.\n";
+    "after the other on one thread; `quiet`: the same ratio of the fastest quarters of all rounds.\n"
+    "Then small and slender bodies on one thread, so many in a batch, by the time a cell of 30^3 (fastest quarters).\n";
 
 constexpr std::size_t kBodies = 64;
 constexpr long kStepsACall = 10;
@@ -64,6 +65,45 @@ void measure(benchmark::State& state, const BenchRow& row) {
     state.counters["threads_used"] = batch.threads();
 }
 
+/// Bodies whose lines are short against a vector, in numbers that take some milliseconds a step.
+struct SmallBodies {
+    std::array<int, 3> mesh;
+    std::size_t count;
+};
+constexpr SmallBodies kSmall[] = {{{3, 3, 3}, 1000}, {{4, 4, 4}, 500}, {{5, 5, 5}, 250}, {{8, 8, 8}, 60},
+                                  {{10, 10, 10}, 1}, {{1, 1, 500}, 1}, {{4, 4, 24}, 1},  {{8, 8, 48}, 1}};
+
+/// So many bodies of the row against one of 30^3 cells.
+template <class T>
+void measure_small(benchmark::State& state, const BenchRow& row, std::size_t count) {
+    std::vector<ExplicitDynamics<T>> bodies;
+    for (std::size_t b = 0; b < count; ++b) {
+        bodies.push_back(row_dynamics<T>(row));
+    }
+    BenchRow large = row;
+    large.mesh = {30, 30, 30};
+    ExplicitDynamics<T> cube = row_dynamics<T>(large);
+    const StepParameters parameters = gentle_steps(bodies[0]), of_cube = gentle_steps(cube);
+    Batch<T> batch(row.threads);
+    const auto [small, whole] = in_turns(
+        state, [&](long steps) { in_calls(steps, [&](long calls) { batch.step(bodies, parameters, calls); }); },
+        [&](long steps) { in_calls(steps, [&](long calls) { cube.step(of_cube, calls); }); });
+    const double cells = static_cast<double>(count) * row.mesh[0] * row.mesh[1] * row.mesh[2];
+    if (!std::all_of(bodies.begin(), bodies.end(), [](const auto& body) { return all_finite(body); })) {
+        state.SkipWithError("the displacements are not finite after the last step");
+        return;
+    }
+    state.counters["bodies"] = static_cast<double>(count);
+    state.counters["ns_per_cell"] = 1e9 * fastest_quarter_mean(small) / cells;
+    state.counters["of_cube"] = fastest_quarter_mean(small) / cells / (fastest_quarter_mean(whole) / 27000);
+}
+
+std::string small_line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
+    return printed("%-14s %-12s %-7s %-6s %7.0f %8.2f %8.2f", mesh_name(row).c_str(), row.layout.c_str(),
+                   std::string(name(row.instruction_set)).c_str(), std::string(name(row.precision)).c_str(),
+                   counter(run, "bodies"), counter(run, "ns_per_cell"), counter(run, "of_cube"));
+}
+
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
     return printed("%-14s %-12s %-7s %-6s %7d %5.0f %8.2f %8.1f %8.2f %8.2f", mesh_name(row).c_str(),
                    row.layout.c_str(), std::string(name(row.instruction_set)).c_str(),
@@ -78,6 +118,8 @@ Table batch_benchmark(const RowChoices& asked) {
     const RowChoices choices = asked.with_layouts({"lattice"});
     const std::string heading = printed("%-14s %-12s %-7s %-6s %7s %5s %8s %8s %8s %8s", "mesh", "layout", "isa",
                                         "type", "threads", "used", "ns/cell", "Mcells/s", "speed-up", "quiet");
+    const std::string of_small =
+        printed("%-14s %-12s %-7s %-6s %7s %8s %8s", "mesh", "layout", "isa", "type", "bodies", "ns/cell", "by 30^3");
     Table table{kIntroduction, {}};
     for (const std::string& layout : choices.layouts) {
         for (InstructionSet set : choices.instruction_sets) {
@@ -94,6 +136,15 @@ Table batch_benchmark(const RowChoices& asked) {
                                               },
                                               [row](const auto& run) { return line(row, run); }});
                     }
+                }
+                for (const SmallBodies& small : kSmall) {
+                    const BenchRow row = {small.mesh, Model::hybmss, layout, set, precision, 1, choices.accuracy};
+                    const auto measure = precision == Precision::float32 ? measure_small<float> : measure_small<double>;
+                    table.rows.push_back(
+                        {"small" + row_name(row), 1, of_small,
+                         std::max(5L, std::lround(choices.seconds / (2 * kSliceSeconds))),
+                         [=, count = small.count](benchmark::State& state) { measure(state, row, count); },
+                         [row](const auto& run) { return small_line(row, run); }});
                 }
             }
         }

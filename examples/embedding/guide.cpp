@@ -136,12 +136,8 @@ void allocators() {
 void determinism() {
     // [determinism]
     PlanOptions reproducible;
-    reproducible.instruction_set = InstructionSet::sse2; // or any other that all your machines have
-    reproducible.accuracy = Accuracy::exact;             // no estimates that differ between makes of processor
+    reproducible.accuracy = Accuracy::exact; // nothing that differs between makes of processor or instruction sets
     // [/determinism]
-    if (available_instruction_sets().front() != InstructionSet::sse2) {
-        reproducible.instruction_set = InstructionSet::automatic; // another processor
-    }
     std::vector<double> results[2];
     for (const int threads : {1, 2}) {
         reproducible.threads = threads;

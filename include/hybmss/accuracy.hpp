@@ -17,7 +17,7 @@ enum class Accuracy {
               ///< none (double below AVX-512) or poor ones (NEON). The digits differ between makes of CPU
     accurate, ///< to the type's precision, from the estimate refined or from the rounded root, whichever is faster; the
               ///< last bits differ between makes of CPU
-    exact     ///< from correctly rounded square root and division: the same bits on every CPU with the instruction set
+    exact     ///< from correctly rounded square root and division, nothing fused: the same bits on every CPU and set
 };
 
 /// "fast", "accurate" or "exact".

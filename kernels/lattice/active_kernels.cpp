@@ -6,7 +6,7 @@ namespace hybmss::kernels {
 
 HYBMSS_DEFINE_KERNEL(active_layer);
 HYBMSS_DEFINE_KERNEL(active_top);
-HYBMSS_DEFINE_KERNEL(active_energy);
-HYBMSS_DEFINE_KERNEL(active_top_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(active_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(active_top_energy);
 
 } // namespace hybmss::kernels

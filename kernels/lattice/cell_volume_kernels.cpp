@@ -147,7 +147,7 @@ HYBMSS_INLINE double sum_energies(const LatticeHessianLayer<Scalar<V>, 3>& layer
     for_each_cells<V, Stored>(layer,
                               [&](const CellRows&, const CellVolume<V>&, const Stored& stored) HYBMSS_INLINE_BODY {
                                   if (stored.any()) {
-                                      energy += sum_in_double(stored.scale * stored.energy());
+                                      add_in_double(energy, stored.scale * stored.energy());
                                   }
                               });
     return energy;
@@ -190,12 +190,12 @@ double lattice_volume_energy(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
 } // namespace
 
 HYBMSS_DEFINE_KERNEL(lattice_crush);
-HYBMSS_DEFINE_KERNEL(lattice_crush_product);
-HYBMSS_DEFINE_KERNEL(lattice_crush_diagonal);
-HYBMSS_DEFINE_KERNEL(lattice_crush_energy);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_crush_product);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_crush_diagonal);
+HYBMSS_DEFINE_ORDERED_KERNEL(lattice_crush_energy);
 HYBMSS_DEFINE_KERNEL(lattice_volume);
-HYBMSS_DEFINE_KERNEL(lattice_volume_product);
-HYBMSS_DEFINE_KERNEL(lattice_volume_diagonal);
-HYBMSS_DEFINE_KERNEL(lattice_volume_energy);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_volume_product);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_volume_diagonal);
+HYBMSS_DEFINE_ORDERED_KERNEL(lattice_volume_energy);
 
 } // namespace hybmss::kernels

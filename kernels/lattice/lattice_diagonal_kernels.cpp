@@ -63,8 +63,8 @@ void lattice_join_diagonal(const LatticeHessianLayer<Scalar<V>, kBlockEntries>& 
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(lattice_diagonal);
-HYBMSS_DEFINE_KERNEL(lattice_top_diagonal);
-HYBMSS_DEFINE_KERNEL(lattice_join_diagonal);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_diagonal);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_top_diagonal);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_join_diagonal);
 
 } // namespace hybmss::kernels

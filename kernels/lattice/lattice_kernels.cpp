@@ -18,7 +18,7 @@ void lattice_join(const LatticeLayer<Scalar<V>>& layer) {
 HYBMSS_DEFINE_KERNEL(lattice_layer);
 HYBMSS_DEFINE_KERNEL(lattice_top);
 HYBMSS_DEFINE_KERNEL(lattice_join);
-HYBMSS_DEFINE_KERNEL(lattice_energy);
-HYBMSS_DEFINE_KERNEL(lattice_top_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(lattice_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(lattice_top_energy);
 
 } // namespace hybmss::kernels

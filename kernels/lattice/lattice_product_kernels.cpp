@@ -155,11 +155,11 @@ HYBMSS_INLINE double stiffening_energy_of_layer(const LatticeHessianLayer<Scalar
         if constexpr (top) {
             load_row<V>(layer.displacement, n, u[0], u[1]);
             load_row<V>(layer.displacement, at.low_y, u[2], u[3]);
-            energy += sum_in_double(stiffening_energies(PlaneSprings<face_diagonals>{}, u, k, layer.stiffening));
+            add_in_double(energy, stiffening_energies(PlaneSprings<face_diagonals>{}, u, k, layer.stiffening));
         } else {
             load_cells<V>(layer, layer.displacement, at, u);
-            energy += sum_in_double(stiffening_energies(CubeDiagonals{}, u, k, layer.stiffening) +
-                                    stiffening_energies(EdgesAndFaces<face_diagonals>{}, u, k, layer.stiffening));
+            add_in_double(energy, stiffening_energies(CubeDiagonals{}, u, k, layer.stiffening) +
+                                      stiffening_energies(EdgesAndFaces<face_diagonals>{}, u, k, layer.stiffening));
         }
     }
     return energy;
@@ -178,8 +178,8 @@ double lattice_top_stiffening_energy(const LatticeHessianLayer<Scalar<V>, 3>& la
 
 HYBMSS_DEFINE_KERNEL(lattice_product);
 HYBMSS_DEFINE_KERNEL(lattice_top_product);
-HYBMSS_DEFINE_KERNEL(lattice_join_product);
-HYBMSS_DEFINE_KERNEL(lattice_stiffening_energy);
-HYBMSS_DEFINE_KERNEL(lattice_top_stiffening_energy);
+HYBMSS_DEFINE_COMMON_KERNEL(lattice_join_product);
+HYBMSS_DEFINE_ORDERED_KERNEL(lattice_stiffening_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(lattice_top_stiffening_energy);
 
 } // namespace hybmss::kernels

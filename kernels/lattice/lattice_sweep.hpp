@@ -283,10 +283,10 @@ HYBMSS_INLINE void add_energy(const LatticeLayer<Scalar<V>>& layer, const CellRo
         springs = spring_energies(CubeDiagonals{}, u, k) + spring_energies(EdgesAndFaces<face_diagonals>{}, u, k);
         if constexpr (volume != Volume::none) {
             const V dilation = cell_volume(u[7] - u[0], u[6] - u[1], u[5] - u[2], u[4] - u[3]).dilation;
-            energy.volume += sum_in_double(k[6] * splat<V>(layer.volume_ratio) * volume_energy<volume>(dilation));
+            add_in_double(energy.volume, k[6] * splat<V>(layer.volume_ratio) * volume_energy<volume>(dilation));
         }
     }
-    energy.springs += sum_in_double(springs);
+    add_in_double(energy.springs, springs);
 }
 
 // ---- flat-rows: rows, and the planes above, lie at fixed distances

@@ -62,23 +62,27 @@ template <class V>
     corner[0] = {zero, zero, zero};
 }
 
-/// Adds a vector to each corner.
+/// Adds a vector to each corner of the cells from `first` on.
 template <class V>
-[[gnu::noinline]] void add_corners(const MeanCells<Scalar<V>>& cells, Range i, int lane, const Vector3<V> (&corner)[8],
-                                   Scalar<V>* const (&sum)[3]) {
+[[gnu::noinline]] void add_corners(const MeanCells<Scalar<V>>& cells, Range i, int first,
+                                   const Vector3<V> (&corners)[kTogether<V>][8], Scalar<V>* const (&sum)[3]) {
     // Neighbours along x apart: what one writes must not be read at once by the other.
     for (const int c : {0, 4, 2, 6, 1, 5, 3, 7}) {
-        if (sum[1]) {
-            const std::int32_t* const node = cells.blocks[i].node[c] + lane;
-            scatter_vector(gather_vector<V>(sum, node) + corner[c], sum, node);
-            continue;
-        }
-        V q[4];
-        vector_to_quads(corner[c], q);
-        if (cells.runs) {
-            accumulate_row<true>(q, sum[0] + cells.runs[i].node[c] + 4 * lane);
-        } else {
-            accumulate_quads<true>(q, sum[0], cells.blocks[i].node[c] + lane);
+        for (int v = 0; v < kTogether<V>; ++v) {
+            const Vector3<V>& corner = corners[v][c];
+            const int lane = first + v * kWidth<V>;
+            if (sum[1]) {
+                const std::int32_t* const node = cells.blocks[i].node[c] + lane;
+                scatter_vector(gather_vector<V>(sum, node) + corner, sum, node);
+                continue;
+            }
+            V q[4];
+            vector_to_quads(corner, q);
+            if (cells.runs) {
+                accumulate_row<true>(q, sum[0] + cells.runs[i].node[c] + 4 * lane);
+            } else {
+                accumulate_quads<true>(q, sum[0], cells.blocks[i].node[c] + lane);
+            }
         }
     }
 }
@@ -106,6 +110,49 @@ HYBMSS_INLINE void for_each_vector(const MeanCells<Scalar<V>>& cells, Range begi
     for (Range i = begin; i < end; ++i) {
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
             visit(i, lane, mean_factors<V>(cells, i, lane));
+        }
+    }
+}
+
+/// The same, and adds to `sum` what visit(number of block or run, lane, factors, corners) leaves of the corners.
+template <class V, class Visit>
+HYBMSS_INLINE void add_to_corners(const MeanCells<Scalar<V>>& cells, Range begin, Range end, Scalar<V>* const (&sum)[3],
+                                  const Visit& visit) {
+    for (Range i = begin; i < end; ++i) {
+        for (int first = 0; first < kBlockItems; first += kTogether<V> * kWidth<V>) {
+            Vector3<V> corners[kTogether<V>][8];
+            for (int v = 0; v < kTogether<V>; ++v) {
+                const int lane = first + v * kWidth<V>;
+                visit(i, lane, mean_factors<V>(cells, i, lane), corners[v]);
+            }
+            add_corners(cells, i, first, corners, sum);
+        }
+    }
+}
+
+/// Adds to the sums what visit(number of block or run, lane, factors, found) finds.
+template <class V, std::size_t sums, class Visit>
+HYBMSS_INLINE void add_of_cells(const MeanCells<Scalar<V>>& cells, Range begin, Range end, double (&sum)[sums],
+                                const Visit& visit) {
+    for (Range i = begin; i < end; ++i) {
+        for (int first = 0; first < kBlockItems; first += kTogether<V> * kWidth<V>) {
+            V found[sums], all[sums][kTogether<V>];
+            for (int v = 0; v < kTogether<V>; ++v) {
+                const int lane = first + v * kWidth<V>;
+                visit(i, lane, mean_factors<V>(cells, i, lane), found);
+                for (std::size_t s = 0; s < sums; ++s) {
+                    all[s][v] = found[s];
+                }
+            }
+            for (std::size_t s = 0; s < sums; ++s) {
+                if (cells.runs) {
+                    add_run(sum[s], all[s]);
+                    continue;
+                }
+                for (const V& value : all[s]) {
+                    add_in_double(sum[s], value);
+                }
+            }
         }
     }
 }

@@ -138,8 +138,8 @@ void mean_product(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
 template <bool face_diagonals, LatticeSum sum, Accuracy accuracy, class V>
 void network_mean_product(const MeanCells<Scalar<V>>& cells, const HessianArrays<Scalar<V>>& nodes, Range begin,
                           Range end) {
-    for_each_vector<V>(cells, begin, end, [&](Range i, int lane, const MeanFactors<V>& by) HYBMSS_INLINE_BODY {
-        Vector3<V> u[8], p[8];
+    const auto products = [&](Range i, int lane, const MeanFactors<V>& by, Vector3<V>(&u)[8]) HYBMSS_INLINE_BODY {
+        Vector3<V> p[8];
         load_corners(cells, i, lane, nodes.displacement, by.inverse_edge, u);
         load_corners(cells, i, lane, sum.law == SpringLaw::stiffening ? nodes.displacement : nodes.direction,
                      by.inverse_edge, p);
@@ -150,8 +150,8 @@ void network_mean_product(const MeanCells<Scalar<V>>& cells, const HessianArrays
             u[c] = product.odd[c] + product.even[c];
             u[7 - c] = product.even[c] - product.odd[c];
         }
-        add_corners(cells, i, lane, u, nodes.product);
-    });
+    };
+    add_to_corners<V>(cells, begin, end, nodes.product, products);
 }
 
 /// Sides of a corner: -1 low, +1 high.
@@ -315,7 +315,7 @@ double mean_stiffening_energy(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
         Vector3<V> u[8];
         load_cells<V>(layer, layer.displacement, hessian_rows<V>(layer, n), u);
         const V k = load_lanes<V>(layer.stiffness[6] + n);
-        energy += sum_in_double(mean_cell_stiffening<face_diagonals>(u, k, layer.means, layer.stiffening));
+        add_in_double(energy, mean_cell_stiffening<face_diagonals>(u, k, layer.means, layer.stiffening));
     }
     return energy;
 }
@@ -323,23 +323,24 @@ double mean_stiffening_energy(const LatticeHessianLayer<Scalar<V>, 3>& layer) {
 template <bool face_diagonals, class V>
 double network_mean_stiffening_energy(const MeanCells<Scalar<V>>& cells, const HessianArrays<Scalar<V>>& nodes,
                                       Range begin, Range end) {
-    double energy = 0;
-    for_each_vector<V>(cells, begin, end, [&](Range i, int lane, const MeanFactors<V>& by) HYBMSS_INLINE_BODY {
-        Vector3<V> u[8];
-        load_corners(cells, i, lane, nodes.displacement, by.inverse_edge, u);
-        const V cell = mean_cell_stiffening<face_diagonals>(u, by.stiffness, cells.constants, nodes.stiffening);
-        energy += sum_in_double(divide(cell, by.inverse_edge));
-    });
-    return energy;
+    double sum[1] = {};
+    add_of_cells<V>(
+        cells, begin, end, sum, [&](Range i, int lane, const MeanFactors<V>& by, V(&found)[1]) HYBMSS_INLINE_BODY {
+            Vector3<V> u[8];
+            load_corners(cells, i, lane, nodes.displacement, by.inverse_edge, u);
+            const V cell = mean_cell_stiffening<face_diagonals>(u, by.stiffness, cells.constants, nodes.stiffening);
+            found[0] = divide(cell, by.inverse_edge);
+        });
+    return sum[0];
 }
 
 } // namespace
 
 HYBMSS_DEFINE_KERNEL(mean_product);
-HYBMSS_DEFINE_KERNEL(mean_diagonal);
-HYBMSS_DEFINE_KERNEL(mean_stiffening_energy);
-HYBMSS_DEFINE_KERNEL(network_mean_product);
-HYBMSS_DEFINE_KERNEL(network_mean_diagonal);
-HYBMSS_DEFINE_KERNEL(network_mean_stiffening_energy);
+HYBMSS_DEFINE_COMMON_KERNEL(mean_diagonal);
+HYBMSS_DEFINE_ORDERED_KERNEL(mean_stiffening_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(network_mean_product);
+HYBMSS_DEFINE_COMMON_KERNEL(network_mean_diagonal);
+HYBMSS_DEFINE_ORDERED_KERNEL(network_mean_stiffening_energy);
 
 } // namespace hybmss::kernels

@@ -92,9 +92,9 @@ LayerEnergy mean_energy(const LatticeLayer<Scalar<V>>& layer) {
         Vector3<V> u[8];
         load_corners<V>(layer, at, u);
         const V k = load_lanes<V>(layer.stiffness[6] + at.low);
-        energy.springs += sum_in_double(mean_cell_energy<face_diagonals>(u, k, layer.means));
+        add_in_double(energy.springs, mean_cell_energy<face_diagonals>(u, k, layer.means));
         if constexpr (volume != Volume::none) {
-            energy.volume += sum_in_double(mean_cell_volume_energy<volume>(u, k * splat<V>(layer.volume_ratio)));
+            add_in_double(energy.volume, mean_cell_volume_energy<volume>(u, k * splat<V>(layer.volume_ratio)));
         }
     }
     return energy;
@@ -105,6 +105,6 @@ LayerEnergy mean_energy(const LatticeLayer<Scalar<V>>& layer) {
 HYBMSS_DEFINE_KERNEL(mean_layer);
 HYBMSS_DEFINE_KERNEL(active_mean_layer);
 HYBMSS_DEFINE_KERNEL(mean_top);
-HYBMSS_DEFINE_KERNEL(mean_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(mean_energy);
 
 } // namespace hybmss::kernels

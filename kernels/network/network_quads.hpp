@@ -235,5 +235,25 @@ HYBMSS_INLINE void accumulate_row(const V (&q)[4], Scalar<V>* first) {
     }
 }
 
+/// sum + what a run's vectors hold; of those that are alike in the order of the nodes, not of the lanes.
+template <class V>
+HYBMSS_INLINE void add_run(double& sum, const V (&held)[kTogether<V>]) {
+    if constexpr (Traits<V>::kAlike) {
+        Scalar<V> of_node[kBlockItems];
+        for (int v = 0; v < kTogether<V>; ++v) {
+            alignas(64) Scalar<V> lanes[kWidth<V>];
+            store_lanes(lanes, held[v]);
+            for (int i = 0; i < kWidth<V>; ++i) {
+                of_node[kRow<V>.index[v * kWidth<V> + i] / 4] = lanes[i];
+            }
+        }
+        for (const Scalar<V> value : of_node) {
+            sum += static_cast<double>(value);
+        }
+    } else {
+        add_in_double(sum, held[0]);
+    }
+}
+
 } // namespace
 } // namespace hybmss::kernels

@@ -25,6 +25,7 @@ HYBMSS_INLINE void add_block_products(const SpringBlock<Scalar<V>>* block, int l
         d[i] = rest + du;
     }
     one_minus_rsqrt<accuracy>(s, t);
+    V change[count][4];
     for (int i = 0; i < count; ++i) {
         const SpringBlock<Scalar<V>>& springs = block_of(i);
         const int at = lane_of(i);
@@ -32,12 +33,17 @@ HYBMSS_INLINE void add_block_products(const SpringBlock<Scalar<V>>* block, int l
         if constexpr (law != SpringLaw::stiffening) {
             p = quad_difference<V>(nodes.direction, springs.a + at, springs.b + at);
         }
-        V change[4];
         vector_to_quads(law_product<law>(load_lanes<V>(springs.stiffness + at), s[i], t[i],
                                          load_lanes<V>(springs.inverse_length2 + at), d[i], p, nodes.stiffening),
-                        change);
-        accumulate_quads<false>(change, nodes.product, springs.a + at);
-        accumulate_quads<true>(change, nodes.product, springs.b + at);
+                        change[i]);
+        accumulate_quads<false>(change[i], nodes.product, springs.a + at);
+        if constexpr (!Traits<V>::kAlike) {
+            accumulate_quads<true>(change[i], nodes.product, springs.b + at);
+        }
+    }
+    // Of a run (run_hessian_kernels.cpp) a node may be both: so all low ends of a block come first.
+    for (int i = 0; Traits<V>::kAlike && i < count; ++i) {
+        accumulate_quads<true>(change[i], nodes.product, block_of(i).b + lane_of(i));
     }
 }
 
@@ -46,7 +52,7 @@ HYBMSS_INLINE void add_block_products(const SpringBlock<Scalar<V>>* block, int l
 template <SpringLaw law, Accuracy accuracy, class V>
 void packed_spring_product(const SpringBlock<Scalar<V>>* blocks, const PackedHessian<Scalar<V>>& nodes,
                            std::ptrdiff_t begin, std::ptrdiff_t end) {
-    constexpr int kCount = Traits<V>::kAvx512 ? 4 : 2;
+    constexpr int kCount = Traits<V>::kAlike ? kTogether<V> : Traits<V>::kAvx512 ? 4 : 2;
     constexpr int kLanes = kCount * kWidth<V>;
     constexpr int kBlocks = kLanes > kBlockItems ? kLanes / kBlockItems : 1;
     std::ptrdiff_t b = begin;
@@ -147,17 +153,22 @@ void packed_cell_diagonal(const CellBlock<Scalar<V>>* cells, const Scalar<V>* di
     }
 }
 
+/// What the springs at `lane` of a block store.
+template <class V>
+HYBMSS_INLINE V block_stiffening(const SpringBlock<Scalar<V>>& block, int lane, const PackedHessian<Scalar<V>>& nodes) {
+    Vector3<V> rest, du;
+    const V s = block_stretch<V>(block, lane, nodes.displacement, rest, du);
+    const V scale = divide(load_lanes<V>(block.stiffness + lane), load_lanes<V>(block.inverse_length2 + lane));
+    return scale * stiffening_energy(s, nodes.stiffening);
+}
+
 template <class V>
 double packed_stiffening_energy(const SpringBlock<Scalar<V>>* blocks, const PackedHessian<Scalar<V>>& nodes,
                                 std::ptrdiff_t begin, std::ptrdiff_t end) {
     double energy = 0;
     for (std::ptrdiff_t b = begin; b < end; ++b) {
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
-            Vector3<V> rest, du;
-            const V s = block_stretch<V>(blocks[b], lane, nodes.displacement, rest, du);
-            const V scale =
-                divide(load_lanes<V>(blocks[b].stiffness + lane), load_lanes<V>(blocks[b].inverse_length2 + lane));
-            energy += sum_in_double(scale * stiffening_energy(s, nodes.stiffening));
+            add_in_double(energy, block_stiffening<V>(blocks[b], lane, nodes));
         }
     }
     return energy;

@@ -5,9 +5,9 @@
 namespace hybmss::kernels {
 
 HYBMSS_DEFINE_KERNEL(packed_spring_product);
-HYBMSS_DEFINE_KERNEL(packed_cell_product);
-HYBMSS_DEFINE_KERNEL(packed_spring_diagonal);
-HYBMSS_DEFINE_KERNEL(packed_cell_diagonal);
-HYBMSS_DEFINE_KERNEL(packed_stiffening_energy);
+HYBMSS_DEFINE_COMMON_KERNEL(packed_cell_product);
+HYBMSS_DEFINE_COMMON_KERNEL(packed_spring_diagonal);
+HYBMSS_DEFINE_COMMON_KERNEL(packed_cell_diagonal);
+HYBMSS_DEFINE_ORDERED_KERNEL(packed_stiffening_energy);
 
 } // namespace hybmss::kernels

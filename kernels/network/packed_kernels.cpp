@@ -79,7 +79,7 @@ double packed_spring_energy(const SpringBlock<Scalar<V>>* blocks, const PackedNo
             const V s = block_stretch<V>(blocks[b], lane, nodes.displacement, rest, du);
             const V scale = splat<V>(Scalar<V>(0.5)) * load_lanes<V>(blocks[b].stiffness + lane) /
                             load_lanes<V>(blocks[b].inverse_length2 + lane);
-            energy += sum_in_double(scale * squared_strain(s));
+            add_in_double(energy, scale * squared_strain(s));
         }
     }
     return energy;
@@ -95,7 +95,7 @@ double packed_cell_energy(const CellBlock<Scalar<V>>* blocks, const PackedNodes<
             const V dilation = block_volume<V>(blocks[b], lane, nodes.displacement).dilation;
             const V scale =
                 divide(load_lanes<V>(blocks[b].kappa + lane), load_lanes<V>(blocks[b].inverse_volume + lane));
-            energy += sum_in_double(scale * volume_energy<volume>(dilation));
+            add_in_double(energy, scale * volume_energy<volume>(dilation));
         }
     }
     return energy;
@@ -129,8 +129,8 @@ void packed_integrate(const PackedNodes<Scalar<V>>& nodes, const StepConstants<S
 
 HYBMSS_DEFINE_KERNEL(packed_springs);
 HYBMSS_DEFINE_KERNEL(packed_cells);
-HYBMSS_DEFINE_KERNEL(packed_spring_energy);
-HYBMSS_DEFINE_KERNEL(packed_cell_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(packed_spring_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(packed_cell_energy);
 HYBMSS_DEFINE_KERNEL(packed_integrate);
 
 } // namespace hybmss::kernels

@@ -94,17 +94,25 @@ double run_stiffening_energy(const SpringRuns<Scalar<V>>& springs, const PackedH
     for (std::ptrdiff_t i = begin; i < end; ++i) {
         SpringBlock<Scalar<V>> block;
         set_block<V>(springs, i, block);
-        energy += packed_stiffening_energy<V>(&block, nodes, 0, 1);
+        double of_run = 0;
+        for (int lane = 0; lane < kBlockItems; lane += kTogether<V> * kWidth<V>) {
+            V stored[kTogether<V>];
+            for (int v = 0; v < kTogether<V>; ++v) {
+                stored[v] = block_stiffening<V>(block, lane + v * kWidth<V>, nodes);
+            }
+            add_run(of_run, stored);
+        }
+        energy += of_run;
     }
     return energy;
 }
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(run_spring_product);
-HYBMSS_DEFINE_KERNEL(run_cell_product);
-HYBMSS_DEFINE_KERNEL(run_spring_diagonal);
-HYBMSS_DEFINE_KERNEL(run_cell_diagonal);
-HYBMSS_DEFINE_KERNEL(run_stiffening_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(run_spring_product);
+HYBMSS_DEFINE_COMMON_KERNEL(run_cell_product);
+HYBMSS_DEFINE_COMMON_KERNEL(run_spring_diagonal);
+HYBMSS_DEFINE_COMMON_KERNEL(run_cell_diagonal);
+HYBMSS_DEFINE_ORDERED_KERNEL(run_stiffening_energy);
 
 } // namespace hybmss::kernels

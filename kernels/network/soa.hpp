@@ -16,6 +16,14 @@ HYBMSS_INLINE NodeLanes node_lanes(const std::int32_t* index, const std::uint8_t
     return {index + i, in_row[i / kMaxWidth] != 0};
 }
 
+/// visit(number, where it begins) of the vectors that are added up as one from i on.
+template <class V, class Visit>
+HYBMSS_INLINE void for_together(std::ptrdiff_t i, const Visit& visit) {
+    for (int v = 0; v < kTogether<V>; ++v) {
+        visit(v, i + v * kWidth<V>);
+    }
+}
+
 template <class V, class T>
 HYBMSS_INLINE V gather_lanes(const T* field, const NodeLanes& at) {
     return at.in_row ? load_lanes<V>(field + at.index[0]) : gather_lanes<V>(field, at.index);

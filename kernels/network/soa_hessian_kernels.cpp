@@ -13,19 +13,27 @@ namespace {
 template <SpringLaw law, Accuracy accuracy, class V>
 void soa_spring_product(const NetworkSprings<Scalar<V>>& springs, const HessianArrays<Scalar<V>>& nodes,
                         std::ptrdiff_t begin, std::ptrdiff_t end) {
-    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
-        Vector3<V> rest, du;
-        const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
-        const NodeLanes a = node_lanes(springs.a, springs.in_row, i), b = node_lanes(springs.b, springs.in_row, i);
-        Vector3<V> p = rest + du;
-        if constexpr (law != SpringLaw::stiffening) {
-            p = gather_vector<V>(nodes.direction, b) - gather_vector<V>(nodes.direction, a);
-        }
-        const Vector3<V> change =
-            law_product<law>(load_lanes<V>(springs.stiffness + i), s, one_minus_rsqrt<accuracy>(s),
-                             load_lanes<V>(springs.inverse_length2 + i), rest + du, p, nodes.stiffening);
-        scatter_vector(gather_vector<V>(nodes.product, a) - change, nodes.product, a);
-        scatter_vector(gather_vector<V>(nodes.product, b) + change, nodes.product, b);
+    for (std::ptrdiff_t i = begin; i < end; i += kTogether<V> * kWidth<V>) {
+        Vector3<V> change[kTogether<V>];
+        for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+            Vector3<V> rest, du;
+            const V s = spring_stretch<V>(springs, nodes.displacement, at, rest, du);
+            Vector3<V> p = rest + du;
+            if constexpr (law != SpringLaw::stiffening) {
+                p = gather_vector<V>(nodes.direction, node_lanes(springs.b, springs.in_row, at)) -
+                    gather_vector<V>(nodes.direction, node_lanes(springs.a, springs.in_row, at));
+            }
+            change[v] = law_product<law>(load_lanes<V>(springs.stiffness + at), s, one_minus_rsqrt<accuracy>(s),
+                                         load_lanes<V>(springs.inverse_length2 + at), rest + du, p, nodes.stiffening);
+        });
+        for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+            const NodeLanes a = node_lanes(springs.a, springs.in_row, at);
+            scatter_vector(gather_vector<V>(nodes.product, a) - change[v], nodes.product, a);
+        });
+        for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+            const NodeLanes b = node_lanes(springs.b, springs.in_row, at);
+            scatter_vector(gather_vector<V>(nodes.product, b) + change[v], nodes.product, b);
+        });
     }
 }
 
@@ -104,17 +112,17 @@ double soa_stiffening_energy(const NetworkSprings<Scalar<V>>& springs, const Hes
         Vector3<V> rest, du;
         const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
         const V scale = divide(load_lanes<V>(springs.stiffness + i), load_lanes<V>(springs.inverse_length2 + i));
-        energy += sum_in_double(scale * stiffening_energy(s, nodes.stiffening));
+        add_in_double(energy, scale * stiffening_energy(s, nodes.stiffening));
     }
     return energy;
 }
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(soa_spring_product);
-HYBMSS_DEFINE_KERNEL(soa_cell_product);
-HYBMSS_DEFINE_KERNEL(soa_spring_diagonal);
-HYBMSS_DEFINE_KERNEL(soa_cell_diagonal);
-HYBMSS_DEFINE_KERNEL(soa_stiffening_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(soa_spring_product);
+HYBMSS_DEFINE_COMMON_KERNEL(soa_cell_product);
+HYBMSS_DEFINE_COMMON_KERNEL(soa_spring_diagonal);
+HYBMSS_DEFINE_COMMON_KERNEL(soa_cell_diagonal);
+HYBMSS_DEFINE_ORDERED_KERNEL(soa_stiffening_energy);
 
 } // namespace hybmss::kernels

@@ -10,14 +10,23 @@ namespace {
 template <Accuracy accuracy, class V>
 void soa_springs(const NetworkSprings<Scalar<V>>& springs, const NodeArrays<Scalar<V>>& nodes, std::ptrdiff_t begin,
                  std::ptrdiff_t end) {
-    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
-        Vector3<V> rest, du;
-        const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
-        const V tension = load_lanes<V>(springs.stiffness + i) * one_minus_rsqrt<accuracy>(s);
-        const Vector3<V> d = rest + du;
-        const NodeLanes a = node_lanes(springs.a, springs.in_row, i), b = node_lanes(springs.b, springs.in_row, i);
-        scatter_vector(multiply_add(tension, d, gather_vector<V>(nodes.force, a)), nodes.force, a);
-        scatter_vector(subtract_product(tension, d, gather_vector<V>(nodes.force, b)), nodes.force, b);
+    for (std::ptrdiff_t i = begin; i < end; i += kTogether<V> * kWidth<V>) {
+        V tension[kTogether<V>];
+        Vector3<V> d[kTogether<V>];
+        for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+            Vector3<V> rest, du;
+            const V s = spring_stretch<V>(springs, nodes.displacement, at, rest, du);
+            tension[v] = load_lanes<V>(springs.stiffness + at) * one_minus_rsqrt<accuracy>(s);
+            d[v] = rest + du;
+        });
+        for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+            const NodeLanes a = node_lanes(springs.a, springs.in_row, at);
+            scatter_vector(multiply_add(tension[v], d[v], gather_vector<V>(nodes.force, a)), nodes.force, a);
+        });
+        for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+            const NodeLanes b = node_lanes(springs.b, springs.in_row, at);
+            scatter_vector(subtract_product(tension[v], d[v], gather_vector<V>(nodes.force, b)), nodes.force, b);
+        });
     }
 }
 
@@ -26,19 +35,30 @@ template <Volume volume, class V>
 void soa_cells(const NetworkCells<Scalar<V>>& cells, const NodeArrays<Scalar<V>>& nodes, std::ptrdiff_t begin,
                std::ptrdiff_t end) {
     using T = Scalar<V>;
-    for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
-        const HexahedronVolume<V> cell = hexahedron_volume<V>(cells, nodes.displacement, i);
-        const V pressure = load_lanes<V>(cells.kappa + i) * splat<V>(T(0.25)) * volume_slope<volume>(cell.dilation);
-        const Vector3<V> plus = cell.bc + cell.ca, minus = cell.bc - cell.ca;
-        // Gradients of the corners 7, 6, 5, 4; those of 0, 1, 2, 3 are opposite.
-        const Vector3<V> gradient[4] = {plus + cell.ab, cell.ab - minus, minus + cell.ab, cell.ab - plus};
+    for (std::ptrdiff_t i = begin; i < end; i += kTogether<V> * kWidth<V>) {
+        V pressure[kTogether<V>];
+        Vector3<V> gradient[kTogether<V>][4];
+        for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+            const HexahedronVolume<V> cell = hexahedron_volume<V>(cells, nodes.displacement, at);
+            pressure[v] = load_lanes<V>(cells.kappa + at) * splat<V>(T(0.25)) * volume_slope<volume>(cell.dilation);
+            const Vector3<V> plus = cell.bc + cell.ca, minus = cell.bc - cell.ca;
+            // Gradients of the corners 7, 6, 5, 4; those of 0, 1, 2, 3 are opposite.
+            gradient[v][0] = plus + cell.ab;
+            gradient[v][1] = cell.ab - minus;
+            gradient[v][2] = minus + cell.ab;
+            gradient[v][3] = cell.ab - plus;
+        });
         for (int corner = 0; corner < 4; ++corner) {
-            const NodeLanes low = node_lanes(cells.node[corner], cells.in_row, i),
-                            high = node_lanes(cells.node[7 - corner], cells.in_row, i);
-            scatter_vector(multiply_add(pressure, gradient[corner], gather_vector<V>(nodes.force, low)), nodes.force,
-                           low);
-            scatter_vector(subtract_product(pressure, gradient[corner], gather_vector<V>(nodes.force, high)),
-                           nodes.force, high);
+            for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+                const NodeLanes low = node_lanes(cells.node[corner], cells.in_row, at);
+                scatter_vector(multiply_add(pressure[v], gradient[v][corner], gather_vector<V>(nodes.force, low)),
+                               nodes.force, low);
+            });
+            for_together<V>(i, [&](int v, std::ptrdiff_t at) HYBMSS_INLINE_BODY {
+                const NodeLanes high = node_lanes(cells.node[7 - corner], cells.in_row, at);
+                scatter_vector(subtract_product(pressure[v], gradient[v][corner], gather_vector<V>(nodes.force, high)),
+                               nodes.force, high);
+            });
         }
     }
 }
@@ -54,7 +74,7 @@ double soa_spring_energy(const NetworkSprings<Scalar<V>>& springs, const NodeArr
         const V s = spring_stretch<V>(springs, nodes.displacement, i, rest, du);
         const V k =
             divide(splat<V>(T(0.5)) * load_lanes<V>(springs.stiffness + i), load_lanes<V>(springs.inverse_length2 + i));
-        energy += sum_in_double(k * squared_strain(s));
+        add_in_double(energy, k * squared_strain(s));
     }
     return energy;
 }
@@ -67,7 +87,7 @@ double soa_cell_energy(const NetworkCells<Scalar<V>>& cells, const NodeArrays<Sc
     for (std::ptrdiff_t i = begin; i < end; i += kWidth<V>) {
         const V dilation = hexahedron_volume<V>(cells, nodes.displacement, i).dilation;
         const V scale = divide(load_lanes<V>(cells.kappa + i), load_lanes<V>(cells.inverse_volume + i));
-        energy += sum_in_double(scale * volume_energy<volume>(dilation));
+        add_in_double(energy, scale * volume_energy<volume>(dilation));
     }
     return energy;
 }
@@ -86,10 +106,10 @@ void soa_integrate(const NodeArrays<Scalar<V>>& nodes, const StepConstants<Scala
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(soa_springs);
-HYBMSS_DEFINE_KERNEL(soa_cells);
-HYBMSS_DEFINE_KERNEL(soa_spring_energy);
-HYBMSS_DEFINE_KERNEL(soa_cell_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(soa_springs);
+HYBMSS_DEFINE_ORDERED_KERNEL(soa_cells);
+HYBMSS_DEFINE_ORDERED_KERNEL(soa_spring_energy);
+HYBMSS_DEFINE_ORDERED_KERNEL(soa_cell_energy);
 HYBMSS_DEFINE_KERNEL(soa_integrate);
 
 } // namespace hybmss::kernels

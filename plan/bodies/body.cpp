@@ -94,8 +94,8 @@ Body<T>::Body(const PlanOptions& options, std::size_t nodes, kernels::Volume vol
               const SpringStiffening& stiffening, bool crush, bool own_volumes)
     : workers_(useful_threads(options, nodes), options.task_runner,
                options.accuracy == Accuracy::exact ? Underflow::gradual : Underflow::to_zero),
-      name_(options.layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set))), volume_(volume),
-      accuracy_(options.accuracy), frequencies_(frequencies) {
+      name_(options.layout), table_(&kernels::kernel_table<T>(resolve(options.instruction_set), options.accuracy)),
+      volume_(volume), accuracy_(options.accuracy), frequencies_(frequencies) {
     if (stiffening.any()) {
         beside_.push_back({SpringLaw::stiffening,
                            SpringLaw::stiffening_tangent,

@@ -53,6 +53,7 @@ struct Traits<Counted<T, set>> {
     using Scalar = T;
     static constexpr int kBytes = set == InstructionSet::avx512 ? 64 : set == InstructionSet::avx2 ? 32 : 16;
     static constexpr int kWidth = kBytes / static_cast<int>(sizeof(T));
+    static constexpr bool kAlike = false;
     static constexpr bool kAvx512 = set == InstructionSet::avx512;
     static constexpr bool kFloat = sizeof(T) == 4;
     static constexpr bool kManyRegisters = set == InstructionSet::avx512 || set == InstructionSet::neon;
@@ -243,6 +244,8 @@ template <class V>
 double sum_in_double(V) {
     return 0;
 }
+template <class V>
+void add_in_double(double&, V) {}
 
 } // namespace
 } // namespace hybmss::kernels
