@@ -100,14 +100,18 @@ KernelCount count_model(Model model) {
 
 template <InstructionSet set>
 KernelCount count_set(const BenchRow& row) {
-    using F = kernels::Counted<float, set>;
-    using D = kernels::Counted<double, set>;
+    constexpr bool kAlike = true;
+    using F = kernels::Counted<float, set, !kAlike>;
+    using D = kernels::Counted<double, set, !kAlike>;
+    using AlikeF = kernels::Counted<float, set, kAlike>;
+    using AlikeD = kernels::Counted<double, set, kAlike>;
     const bool single = row.precision == Precision::float32;
     switch (row.accuracy) {
     case Accuracy::fast:
         return single ? count_model<Accuracy::fast, F>(row.model) : count_model<Accuracy::fast, D>(row.model);
     case Accuracy::exact:
-        return single ? count_model<Accuracy::exact, F>(row.model) : count_model<Accuracy::exact, D>(row.model);
+        return single ? count_model<Accuracy::exact, AlikeF>(row.model)
+                      : count_model<Accuracy::exact, AlikeD>(row.model);
     default:
         return single ? count_model<Accuracy::accurate, F>(row.model) : count_model<Accuracy::accurate, D>(row.model);
     }

@@ -43,7 +43,7 @@ TEST(OperationCount, FindsWhatAccuracyCosts) {
     const KernelCount exact = count_operations(row(Model::hybmss, Precision::float32, Accuracy::exact));
     EXPECT_EQ(exact.vector.divisions, 13);
     EXPECT_EQ(exact.vector.estimates, 0);
-    EXPECT_LT(exact.vector.slots(), accurate.vector.slots());
+    EXPECT_GT(exact.vector.additions, accurate.vector.additions + 50); // none of which is part of a multiply-add
     EXPECT_LT(estimated.vector.slots(), accurate.vector.slots());
 }
 

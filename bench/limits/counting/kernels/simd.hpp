@@ -34,7 +34,7 @@ struct Ledger {
 };
 Ledger ledger;
 
-template <class T, InstructionSet set>
+template <class T, InstructionSet set, bool alike>
 struct Counted {
     std::int64_t value = 0; ///< below zero: a constant
 };
@@ -42,22 +42,22 @@ struct Counted {
 enum Operation { kConstant, kLoad, kNegate, kMultiply, kMultiplyAdd, kAdd, kOther, kRoot, kDivide, kEstimate };
 
 template <class T, InstructionSet set>
-using Batch = Counted<T, set>;
+using Batch = Counted<T, set, false>;
 
 enum class Seed { none, bits8, bits11, bits14 };
 
 template <class V>
 struct Traits;
-template <class T, InstructionSet set>
-struct Traits<Counted<T, set>> {
+template <class T, InstructionSet set, bool alike>
+struct Traits<Counted<T, set, alike>> {
     using Scalar = T;
     static constexpr int kBytes = set == InstructionSet::avx512 ? 64 : set == InstructionSet::avx2 ? 32 : 16;
     static constexpr int kWidth = kBytes / static_cast<int>(sizeof(T));
-    static constexpr bool kAlike = false;
+    static constexpr bool kAlike = alike;
     static constexpr bool kAvx512 = set == InstructionSet::avx512;
     static constexpr bool kFloat = sizeof(T) == 4;
     static constexpr bool kManyRegisters = set == InstructionSet::avx512 || set == InstructionSet::neon;
-    static constexpr bool kFused = set != InstructionSet::sse2;
+    static constexpr bool kFused = set != InstructionSet::sse2 && !alike;
     static constexpr Seed kSeed = kAvx512                       ? Seed::bits14
                                   : !kFloat                     ? Seed::none
                                   : set == InstructionSet::neon ? Seed::bits8
@@ -131,22 +131,22 @@ void store_lanes(Scalar<V>* p, V) {
     ledger.written.insert(p);
 }
 
-template <class T, InstructionSet set>
-Counted<T, set> operator+(Counted<T, set> a, Counted<T, set> b) {
+template <class T, InstructionSet set, bool alike>
+Counted<T, set, alike> operator+(Counted<T, set, alike> a, Counted<T, set, alike> b) {
     order(a, b);
     return evaluate(kAdd, &bench::OperationCount::additions, 1, 0, a, b);
 }
-template <class T, InstructionSet set>
-Counted<T, set> operator-(Counted<T, set> a, Counted<T, set> b) {
+template <class T, InstructionSet set, bool alike>
+Counted<T, set, alike> operator-(Counted<T, set, alike> a, Counted<T, set, alike> b) {
     return evaluate(kAdd, &bench::OperationCount::additions, 1, 1, a, b);
 }
-template <class T, InstructionSet set>
-Counted<T, set> operator*(Counted<T, set> a, Counted<T, set> b) {
+template <class T, InstructionSet set, bool alike>
+Counted<T, set, alike> operator*(Counted<T, set, alike> a, Counted<T, set, alike> b) {
     order(a, b);
     return evaluate(kMultiply, &bench::OperationCount::multiplications, 1, 0, a, b);
 }
-template <class T, InstructionSet set>
-Counted<T, set> operator-(Counted<T, set> a) {
+template <class T, InstructionSet set, bool alike>
+Counted<T, set, alike> operator-(Counted<T, set, alike> a) {
     return evaluate(kNegate, nullptr, 0, 0, a);
 }
 
