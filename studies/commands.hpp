@@ -11,4 +11,6 @@ void add_stability_command(CLI::App& app);
 void add_paper_command(CLI::App& app);
 void add_price_command(CLI::App& app);
 void add_textbook_command(CLI::App& app);
+void add_law_command(CLI::App& app);
+void add_tissue_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

@@ -10,6 +10,8 @@ int main(int argc, char** argv) {
     add_price_command(app);
     add_stability_command(app);
     add_textbook_command(app);
+    add_law_command(app);
+    add_tissue_command(app);
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);
 #endif

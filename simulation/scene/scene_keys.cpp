@@ -115,9 +115,17 @@ constexpr KeyTable<SceneBody> kBody = {
 constexpr auto kPoissonRatio = inside(-1, 0.5, "inside (-1, 0.5), both ends excluded");
 constexpr auto kDensity = from(1e-9, 1e12, "at least 1e-9 and at most 1e12");
 
+/// Fits of `hybmss-study tissue`, by the order of the words.
+struct MaterialPreset {
+    double young_modulus, poisson_ratio, stiffening_quadratic, stiffening_cubic;
+};
+constexpr Range kPresetNames = words("\"brain-grey\" or \"brain-white\"");
+constexpr MaterialPreset kPresets[] = {{3562.9, 0.49, -25.791, 221.73}, {1767.2, 0.49, -24.484, 199.83}};
+
 /// All that [material] tells.
 struct MaterialKeys {
     Material material;
+    std::optional<int> preset;
     ElasticModuli moduli; ///< of a text; written are E and nu
     std::vector<Relaxation> relaxation;
 };
@@ -135,6 +143,13 @@ struct OtherModulus {
     using Owner = MaterialKeys;
     static std::optional<double> get(const MaterialKeys&) { return std::nullopt; }
     static void set(MaterialKeys& keys, double value) { keys.moduli.*modulus = value; }
+};
+
+/// Written is what it stands for.
+struct Preset {
+    using Owner = MaterialKeys;
+    static std::optional<int> get(const MaterialKeys&) { return std::nullopt; }
+    static void set(MaterialKeys& keys, int value) { keys.preset = value; }
 };
 
 /// Rows of two numbers.
@@ -216,6 +231,10 @@ constexpr Key<MaterialKeys> kMaterialKeys[] = {
      "beside the moduli, which are those of slow loads, each row has part times as much that fades by exp(-t / time); "
      "symplectic-euler or leapfrog, see \"Relaxation\"",
      field<RelaxationFormat, Memory>},
+    {"preset", "", kPresetNames, "none",
+     "in place of the moduli and the stiffening: those of springs fitted to human brain, grey or white matter, within "
+     "stretches of 0.9 to 1.1 and shear of 0.2; nu = 0.49 is a choice",
+     field<ChoiceFormat, Preset>},
 };
 
 void complete_material(const GivenTable& given, MaterialKeys& keys) {
@@ -226,6 +245,15 @@ void complete_material(const GivenTable& given, MaterialKeys& keys) {
         if (given.has(modulus)) {
             known.push_back(modulus);
         }
+    }
+    if (keys.preset) {
+        if (!known.empty() || given.count("stiffening_quadratic", "stiffening_cubic") > 0) {
+            given.refuse("preset", "it gives the moduli and the stiffening: neither may be given besides");
+        }
+        const MaterialPreset& preset = kPresets[*keys.preset];
+        keys.moduli = {.young_modulus = preset.young_modulus, .poisson_ratio = preset.poisson_ratio};
+        keys.material.stiffening = {preset.stiffening_quadratic, preset.stiffening_cubic};
+        known = {"preset", "preset"};
     }
     if (known.size() < 2) {
         given.missing(given.has("young_modulus") ? "poisson_ratio" : "young_modulus",
@@ -688,7 +716,7 @@ constexpr SceneTable inner() {
 }
 
 MaterialKeys keys_of(const Scene& scene) {
-    return {scene.material, {}, scene.relaxation};
+    return {scene.material, {}, {}, scene.relaxation};
 }
 /// Two parts of a scene.
 constexpr SceneTable material_table() {

@@ -65,5 +65,7 @@ paper::Table twist_table();
 double uniaxial_stress(const Material& material, const reference::Vector3d& direction, double stretch);
 /// That along edges and diagonals, pressed and stretched.
 paper::Table anisotropy_table();
+/// The law at large strain, waves by direction, and where the energy stops holding.
+std::vector<paper::Table> law_tables();
 
 } // namespace hybmss::textbook

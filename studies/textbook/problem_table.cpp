@@ -65,7 +65,7 @@ paper::Table problem_table(bool quick, const std::function<void(const std::strin
          "order is two thirds.",
          "Hinged bar: 1 x 1 x 5, its ends held across the axis. Column: 1 x 1 x 20, likewise; the load at which the "
          "lowest omega^2 of the pressed bar comes to zero. Euler leaves out shear, 0.6 % of it here, and the "
-         "shortening.",
+         "shortening. Slender column: 1 x 1 x 40, by `EquilibriumSolver::buckling`; a fourth of both.",
          "C3D20: by CalculiX, 8 cells across a cube and 6 across a bar of 1 x 1 x 5, with its own masses; equal "
          "frequencies counted once, and all found in the time of the first.",
          "Waves: other directions are in [paper.md](paper.md), by a Bloch wave's matrix."}};

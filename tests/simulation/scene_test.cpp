@@ -137,6 +137,11 @@ TEST(Scene, any_two_moduli_are_a_material) {
             EXPECT_NE(std::string(error.what()).find(told), std::string::npos) << error.what();
         }
     };
+    const Material brain = moduli("preset = \"brain-white\"");
+    EXPECT_EQ(brain.young_modulus, 1767.2);
+    EXPECT_EQ(brain.stiffening.cubic, 199.83);
+    refused("preset = \"brain-grey\"\nyoung_modulus = 1", "neither may be given besides");
+    refused("preset = \"bone\"", "\"brain-grey\" or \"brain-white\"");
     refused("shear_modulus = 6e3", "material.young_modulus: missing");
     refused("shear_modulus = 6e3\nbulk_modulus = 1e4\nyoung_modulus = 1", "only two of");
     refused("young_modulus = 1000\nshear_modulus = 300", "poisson_ratio = 0.666667");
