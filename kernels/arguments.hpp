@@ -257,4 +257,35 @@ struct CellTurns;
 template <class T>
 struct TurnedRows;
 
+// ---- vertices in cells
+
+/// A cell with vertices: `count` of them from `first` on.
+template <class T>
+struct SkinCell {
+    std::uint32_t nodes[8];
+    Range first, count;
+    T middle[3];          ///< at rest, m
+    std::uint32_t inside; ///< all of them
+};
+
+/// The first of three arrays of a vertex's values: its place from the cell's middle, -1 to 1 along each axis in the
+/// cell; the same, as near as the cell goes; its normal at rest.
+inline constexpr int kSkinPlace = 0, kSkinNearest = 3, kSkinNormal = 6, kSkinValues = 9;
+
+/// Vertices in the order of their cells. Vectors are read whole: arrays of values have kMaxWidth more at their end.
+template <class T>
+struct SkinVertices {
+    const SkinCell<T>* cells;
+    const T* values[kSkinValues];
+    const std::uint32_t* order; ///< their numbers: where they are put
+    T half_size;                ///< of a cell, m
+    T inverse_half_size;
+    const T* displacement[3]; ///< m
+    std::ptrdiff_t displacement_stride;
+    T* positions[3];
+    std::ptrdiff_t positions_stride;
+    T* normals[3]; ///< where wanted
+    std::ptrdiff_t normals_stride;
+};
+
 } // namespace hybmss::kernels

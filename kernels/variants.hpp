@@ -32,7 +32,8 @@ using Pulled = Axis<false, true>;    ///< by masses, towards a place
 using Residuals = Axis<false, true>; ///< what is left of a right side in place of a product
 using WithVolume = Axis<false, true>;
 using OnMeans = Axis<false, true>; ///< all springs
-using Driven = Axis<false, true>;  ///< by gravity or damping
+using WithNormals = Axis<false, true>;
+using Driven = Axis<false, true>; ///< by gravity or damping
 using Accuracies = Axis<Accuracy::fast, Accuracy::accurate, Accuracy::exact>;
 using Volumes = Axis<Volume::none, Volume::quadratic, Volume::mean_stretch>;
 /// Of kernels that are there for the volume alone.

@@ -1,28 +1,23 @@
 #include "hybmss/skin.hpp"
 
+#include "hybmss/instruction_set.hpp"
+#include "kernels/kernel_table.hpp"
 #include "layouts/messages.hpp"
 #include "layouts/node_numbers.hpp"
 #include "plan/bodies/field_checks.hpp"
 #include "plan/threads/workers.hpp"
-
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace hybmss {
 namespace {
 
 using Vector3 = std::array<double, 3>;
-
-/// So many vertices of a cell are moved side by side.
-constexpr std::size_t kVerticesTogether = 8;
-/// A vertex's values: its place from the cell's middle, -1 to 1 along each axis in the cell; the same, as near as the
-/// cell goes; its normal at rest.
-constexpr std::size_t kPlace = 0, kNearest = 3, kNormal = 6, kValues = 9;
 
 /// The present cell nearest to a place in units of the grid; cell numbers are those of the grid.
 class NearestCell {
@@ -157,22 +152,121 @@ TriangleMesh boundary_mesh(const Lattice& lattice) {
     return mesh;
 }
 
+namespace {
+
+/// The part of a cell's volume that is inside, of its fill (docs/surfaces.md): of t it keeps t (1 + t) / 2 and shares
+/// the rest with its neighbour inside, where the surface lies across an axis.
+double volume_inside(double fill) {
+    return fill < 1 ? (std::sqrt(1 + 8 * fill) - 1) / 2 : 1;
+}
+
+/// By how much, in cells, the surface lies off a grid node: the mean over the lines that it crosses, of the twelve
+/// between the centres of the eight cells around. Zero where it crosses none.
+template <class Inside>
+Vector3 off_node(const std::array<int, 3>& node, const Inside& inside) {
+    std::array<double, 8> t{};
+    for (int c = 0; c < 8; ++c) {
+        t[static_cast<std::size_t>(c)] =
+            inside(node[0] - 1 + (c & 1), node[1] - 1 + (c >> 1 & 1), node[2] - 1 + (c >> 2));
+    }
+    Vector3 sum{};
+    double crossings = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t low = 0; low < 8; ++low) {
+            const std::size_t high = low | std::size_t{1} << axis;
+            if (low == high || (t[low] >= 0.5) == (t[high] >= 0.5)) {
+                continue;
+            }
+            const bool up = t[low] >= 0.5; // from the cell inside: what is filled beyond its centre
+            const double along = std::clamp(t[low] + t[high] - 0.5, 0.0, 1.0);
+            for (std::size_t a = 0; a < 3; ++a) {
+                sum[a] += a == axis ? (up ? along - 0.5 : 0.5 - along) : ((low >> a & 1) != 0 ? 0.5 : -0.5);
+            }
+            ++crossings;
+        }
+    }
+    for (double& x : sum) {
+        x = crossings > 0 ? x / crossings : 0;
+    }
+    return sum;
+}
+
+/// Taubin's smoothing: towards the mean of the neighbours, and a little more away again, which leaves the volume.
+/// Vertices stay so near their nodes, in cells along each axis, that no cell's faces meet.
+void smooth(TriangleMesh& mesh, const std::vector<Vector3>& nodes, double cell_size) {
+    constexpr int kRounds = 10;
+    constexpr double kIn = 0.5, kOut = -0.53, kReach = 0.4;
+    std::vector<Vector3> sums(nodes.size());
+    std::vector<double> counts(nodes.size());
+    for (int step = 0; step < 2 * kRounds; ++step) {
+        std::fill(sums.begin(), sums.end(), Vector3{});
+        std::fill(counts.begin(), counts.end(), 0.0);
+        for (const auto& [a, b, c] : mesh.triangles) { // each edge is of two of them, and so counts twice
+            for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) {
+                for (std::size_t i = 0; i < 3; ++i) {
+                    sums[from][i] += mesh.vertices[to][i];
+                    sums[to][i] += mesh.vertices[from][i];
+                }
+                ++counts[from];
+                ++counts[to];
+            }
+        }
+        for (std::size_t n = 0; n < nodes.size(); ++n) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                double& x = mesh.vertices[n][i];
+                x += (step % 2 == 0 ? kIn : kOut) * (sums[n][i] / counts[n] - x);
+                x = std::clamp(x, nodes[n][i] - kReach * cell_size, nodes[n][i] + kReach * cell_size);
+            }
+        }
+    }
+}
+
+} // namespace
+
+TriangleMesh smooth_boundary_mesh(const Lattice& lattice) {
+    const auto [nx, ny, nz] = lattice.cells();
+    const auto inside = [&, nx = nx, ny = ny, nz = nz](int i, int j, int k) {
+        const bool in_grid = i >= 0 && j >= 0 && k >= 0 && i < nx && j < ny && k < nz;
+        return in_grid && lattice.cell_scale(i, j, k) > 0
+                   ? volume_inside(static_cast<double>(lattice.cell_fill(lattice.cell_index(i, j, k))))
+                   : 0.0;
+    };
+    std::vector<std::array<int, 3>> outside;
+    for (int k = 0; k < nz && !lattice.fills().empty(); ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                if (const double t = inside(i, j, k); t > 0 && t < 0.5) {
+                    outside.push_back({i, j, k});
+                }
+            }
+        }
+    }
+    Lattice half = lattice;
+    half.remove_cells(outside);
+    TriangleMesh mesh = boundary_mesh(half);
+    const double h = lattice.cell_size();
+    const std::vector<Vector3> nodes = mesh.vertices;
+    for (Vector3& x : mesh.vertices) {
+        std::array<int, 3> node{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            node[a] = static_cast<int>(std::lround(x[a] / h));
+        }
+        const Vector3 off = off_node(node, inside);
+        for (std::size_t a = 0; a < 3; ++a) {
+            x[a] += h * off[a];
+        }
+    }
+    if (lattice.fills().empty()) {
+        smooth(mesh, nodes, h);
+    }
+    return mesh;
+}
+
 template <class T>
 struct Skin<T>::Implementation {
-    using Lanes = Eigen::Array<T, static_cast<int>(kVerticesTogether), 1>;
-    using LaneVector = std::array<Lanes, 3>;
-
-    /// A cell with vertices: `count` of them from `first` on, in the order by cells.
-    struct Group {
-        std::array<std::uint32_t, 8> nodes;
-        std::size_t cell;        ///< of the grid
-        std::array<T, 3> middle; ///< at rest, m
-        std::size_t first, count;
-        bool inside; ///< all of them
-    };
-
     Implementation(const Lattice& lattice, const TriangleMesh& mesh, const PlanOptions& options)
         : nodes(lattice.nodes().size()), cell_size(lattice.cell_size()), triangles(mesh.triangles),
+          table(&kernels::kernel_table<T>(resolve(options.instruction_set))),
           workers(useful_threads(options, mesh.vertices.size()), options.task_runner) {
         const NearestCell nearest(lattice);
         std::vector<std::size_t> cell_of(mesh.vertices.size());
@@ -191,8 +285,7 @@ struct Skin<T>::Implementation {
         std::stable_sort(order.begin(), order.end(),
                          [&](std::uint32_t a, std::uint32_t b) { return cell_of[a] < cell_of[b]; });
         for (auto& array : values) {
-            array.resize(order.size() + kVerticesTogether,
-                         T(0)); // a group's last vertices are moved with others beside
+            array.resize(order.size() + kernels::kMaxWidth, T(0)); // a cell's last ones are moved with others beside
         }
         const NodeNumbers numbers(lattice, nodes);
         const std::vector<Vector3> normals = vertex_normals(mesh);
@@ -202,137 +295,69 @@ struct Skin<T>::Implementation {
             const auto across = static_cast<std::size_t>(nx), deep = static_cast<std::size_t>(ny);
             const std::array<int, 3> at = {static_cast<int>(cell % across), static_cast<int>(cell / across % deep),
                                            static_cast<int>(cell / across / deep)};
-            if (groups.empty() || groups.back().cell != cell) {
-                Group& group = groups.emplace_back(Group{{}, cell, {}, n, 0, true});
+            if (cells.empty() || cell_numbers.back() != cell) {
+                auto& begun = cells.emplace_back();
+                cell_numbers.push_back(cell);
+                begun.first = static_cast<kernels::Range>(n);
+                begun.inside = 1;
                 for (std::size_t a = 0; a < 3; ++a) {
-                    group.middle[a] = static_cast<T>((at[a] + 0.5) * cell_size);
+                    begun.middle[a] = static_cast<T>((at[a] + 0.5) * cell_size);
                 }
                 for (int c = 0; c < 8; ++c) {
-                    group.nodes[static_cast<std::size_t>(c)] =
+                    begun.nodes[c] =
                         numbers.of(lattice.grid_node_index(at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)));
                 }
             }
-            ++groups.back().count;
+            ++cells.back().count;
             for (std::size_t a = 0; a < 3; ++a) {
                 const double place = 2 * (mesh.vertices[order[n]][a] / cell_size - at[a]) - 1;
-                values[kPlace + a][n] = static_cast<T>(place);
-                values[kNearest + a][n] = static_cast<T>(std::clamp(place, -1.0, 1.0));
-                values[kNormal + a][n] = static_cast<T>(normals[order[n]][a]);
-                groups.back().inside = groups.back().inside && std::abs(place) <= 1;
+                values[kernels::kSkinPlace + a][n] = static_cast<T>(place);
+                values[kernels::kSkinNearest + a][n] = static_cast<T>(std::clamp(place, -1.0, 1.0));
+                values[kernels::kSkinNormal + a][n] = static_cast<T>(normals[order[n]][a]);
+                if (std::abs(place) > 1 + 1e-12) { // rounding of what lies on a face
+                    cells.back().inside = 0;
+                }
             }
         }
-    }
-
-    Lanes lanes(std::size_t value, std::size_t first) const {
-        return Eigen::Map<const Lanes>(values[value].data() + first);
     }
 
     void update_all(const VectorField<const T>& displacement, const VectorField<T>& positions,
                     const VectorField<T>* normals) const {
+        kernels::SkinVertices<T> skin{};
+        skin.cells = cells.data();
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            skin.values[i] = values[i].data();
+        }
+        skin.order = order.data();
+        skin.half_size = static_cast<T>(cell_size / 2);
+        skin.inverse_half_size = static_cast<T>(2 / cell_size);
+        const auto take = [](const auto& field, auto& arrays, std::ptrdiff_t& stride) {
+            arrays[0] = field.x;
+            arrays[1] = field.y;
+            arrays[2] = field.z;
+            stride = field.stride;
+        };
+        take(displacement, skin.displacement, skin.displacement_stride);
+        take(positions, skin.positions, skin.positions_stride);
+        if (normals) {
+            take(*normals, skin.normals, skin.normals_stride);
+        }
+        const auto move = table->move_skin(normals != nullptr);
         constexpr std::size_t kPiece = 64;
-        workers.run((groups.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-            for (std::size_t g = piece * kPiece; g < std::min((piece + 1) * kPiece, groups.size()); ++g) {
-                update(groups[g], displacement, positions, normals);
-            }
+        workers.run((cells.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+            move(skin, static_cast<kernels::Range>(piece * kPiece),
+                 static_cast<kernels::Range>(std::min((piece + 1) * kPiece, cells.size())));
         });
-    }
-
-    void update(const Group& group, const VectorField<const T>& displacement, const VectorField<T>& positions,
-                const VectorField<T>* normals) const {
-        // u = m0 + m1 x + m2 y + m3 z + m4 xy + m5 yz + m6 zx + m7 xyz in the cell, by sums and differences of corners.
-        T m[8][3];
-        const std::array<const T*, 3> from = {displacement.x, displacement.y, displacement.z};
-        for (std::size_t a = 0; a < 3; ++a) {
-            T u[8];
-            for (std::size_t c = 0; c < 8; ++c) {
-                u[c] = from[a][static_cast<std::ptrdiff_t>(group.nodes[c]) * displacement.stride] / 8;
-            }
-            for (std::size_t bit = 1; bit < 8; bit *= 2) {
-                for (std::size_t c = 0; c < 8; ++c) {
-                    if ((c & bit) == 0) {
-                        const T low = u[c], high = u[c | bit];
-                        u[c] = low + high;
-                        u[c | bit] = high - low;
-                    }
-                }
-            }
-            constexpr std::size_t kMonomial[8] = {0, 1, 2, 4, 3, 6, 5, 7}; // by the bits of their axes
-            for (std::size_t i = 0; i < 8; ++i) {
-                m[i][a] = u[kMonomial[i]];
-            }
-        }
-        const std::array<T*, 3> to = {positions.x, positions.y, positions.z};
-        const T half = static_cast<T>(cell_size / 2);
-        for (std::size_t first = group.first; first < group.first + group.count; first += kVerticesTogether) {
-            const std::size_t count = std::min(kVerticesTogether, group.first + group.count - first);
-            const LaneVector w = {lanes(kPlace, first), lanes(kPlace + 1, first), lanes(kPlace + 2, first)};
-            LaneVector p = w, products = {w[0] * w[1], w[1] * w[2], w[2] * w[0]};
-            Lanes all = products[0] * w[2];
-            if (!group.inside) { // from the nearest point p on linearly: as (w - p) times the products' slopes there
-                p = {lanes(kNearest, first), lanes(kNearest + 1, first), lanes(kNearest + 2, first)};
-                const LaneVector at = {p[0] * p[1], p[1] * p[2], p[2] * p[0]};
-                for (std::size_t a = 0; a < 3; ++a) {
-                    const std::size_t b = (a + 1) % 3;
-                    products[a] = w[a] * p[b] + p[a] * w[b] - at[a];
-                }
-                all = w[0] * at[1] + w[1] * at[2] + w[2] * at[0] - T(2) * at[0] * p[2];
-            }
-            for (std::size_t a = 0; a < 3; ++a) {
-                const Lanes position = (group.middle[a] + m[0][a]) + half * w[a] + w[0] * m[1][a] + w[1] * m[2][a] +
-                                       w[2] * m[3][a] + products[0] * m[4][a] + products[1] * m[5][a] +
-                                       products[2] * m[6][a] + all * m[7][a];
-                scatter(position, first, count, to[a], positions.stride);
-            }
-            if (normals) {
-                const LaneVector normal = turned(m, p, first);
-                const std::array<T*, 3> there = {normals->x, normals->y, normals->z};
-                for (std::size_t a = 0; a < 3; ++a) {
-                    scatter(normal[a], first, count, there[a], normals->stride);
-                }
-            }
-        }
-    }
-
-    /// cof(F) n / |cof(F) n| with F = I + du/dX at places in the cell.
-    LaneVector turned(const T (&m)[8][3], const LaneVector& place, std::size_t first) const {
-        const auto& [x, y, z] = place;
-        const T scale = static_cast<T>(2 / cell_size);
-        std::array<LaneVector, 3> f; // by rows
-        for (std::size_t a = 0; a < 3; ++a) {
-            const Lanes xz = m[6][a] + m[7][a] * y; // the factor of z in that of x, and the other way round
-            f[a] = {scale * (m[1][a] + m[4][a] * y + xz * z),
-                    scale * (m[2][a] + m[4][a] * x + m[5][a] * z + m[7][a] * z * x),
-                    scale * (m[3][a] + m[5][a] * y + xz * x)};
-            f[a][a] += T(1);
-        }
-        LaneVector normal;
-        Lanes size = Lanes::Zero();
-        for (std::size_t a = 0; a < 3; ++a) {
-            const LaneVector &p = f[(a + 1) % 3], &q = f[(a + 2) % 3]; // a row of the cofactor is their cross product
-            normal[a] = (p[1] * q[2] - p[2] * q[1]) * lanes(kNormal, first) +
-                        (p[2] * q[0] - p[0] * q[2]) * lanes(kNormal + 1, first) +
-                        (p[0] * q[1] - p[1] * q[0]) * lanes(kNormal + 2, first);
-            size += normal[a] * normal[a];
-        }
-        const Lanes by = size.max(std::numeric_limits<T>::min()).sqrt().inverse();
-        for (Lanes& n : normal) {
-            n *= by;
-        }
-        return normal;
-    }
-
-    void scatter(const Lanes& from, std::size_t first, std::size_t count, T* to, std::ptrdiff_t stride) const {
-        for (std::size_t n = 0; n < count; ++n) {
-            to[static_cast<std::ptrdiff_t>(order[first + n]) * stride] = from[static_cast<Eigen::Index>(n)];
-        }
     }
 
     std::size_t nodes;
     double cell_size;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<std::uint32_t> order; ///< the vertices by their cells
-    std::array<std::vector<T>, kValues> values;
-    std::vector<Group> groups;
+    std::array<std::vector<T>, kernels::kSkinValues> values;
+    std::vector<kernels::SkinCell<T>> cells;
+    std::vector<std::size_t> cell_numbers; ///< of the grid
+    const kernels::KernelTable<T>* table;
     Workers workers;
 };
 
@@ -376,10 +401,11 @@ template <class T>
 std::vector<std::array<std::uint32_t, 3>> Skin<T>::triangles_left(const Lattice& cut) const {
     const Implementation& i = *implementation_;
     std::vector<bool> lost(vertex_count(), false);
-    for (const auto& group : i.groups) {
-        if (group.cell >= cut.cell_scales().size() || !(cut.cell_scales()[group.cell] > 0)) {
-            for (std::size_t n = group.first; n < group.first + group.count; ++n) {
-                lost[i.order[n]] = true;
+    for (std::size_t c = 0; c < i.cells.size(); ++c) {
+        const std::size_t cell = i.cell_numbers[c];
+        if (cell >= cut.cell_scales().size() || !(cut.cell_scales()[cell] > 0)) {
+            for (kernels::Range n = i.cells[c].first; n < i.cells[c].first + i.cells[c].count; ++n) {
+                lost[i.order[static_cast<std::size_t>(n)]] = true;
             }
         }
     }

@@ -2,6 +2,7 @@
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/force_plan.hpp"
+#include "hybmss/skin.hpp"
 #include "reference/forces.hpp"
 
 #include <Eigen/Geometry>
@@ -107,6 +108,68 @@ void check_coincident_nodes(Subject<T>& subject) {
         finite = finite && std::isfinite(subject.plan.energy(in.field()).total());
     }
     subject.record("coincident nodes", finite ? 0.0 : kFailed);
+}
+
+/// Vertices in a lattice's cells against the sum over the corners, weights times places, and its gradient's cofactor.
+template <class T>
+void check_skin(Subject<T>& subject, unsigned seed) {
+    const Lattice& lattice = *subject.body.lattice;
+    const double h = lattice.cell_size();
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> draw(0.01, 0.99);
+    TriangleMesh mesh;
+    const auto [nx, ny, nz] = lattice.cells();
+    std::vector<std::array<int, 3>> cells; // of the vertices
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                // From none to three vectors of vertices, rarely a whole number of them.
+                for (int n = 0; lattice.cell_scale(i, j, k) > 0 && n < 3 * ((i + j + k) % 12); ++n) {
+                    cells.push_back({i, j, k});
+                    mesh.vertices.push_back({h * (i + draw(random)), h * (j + draw(random)), h * (k + draw(random))});
+                    if (const auto last = static_cast<std::uint32_t>(mesh.vertices.size() - 1); n % 3 == 2) {
+                        mesh.triangles.push_back({last - 2, last - 1, last});
+                    }
+                }
+            }
+        }
+    }
+    const std::vector<Vector3d> u = random_displacements(subject, 0.1, seed);
+    const Skin<T> skin(lattice, mesh, plan_options(subject.key));
+    NodeArray<T> in(Arrangement::stride_4, u), positions(Arrangement::stride_4, mesh.vertices.size()),
+        normals(Arrangement::separate_arrays, mesh.vertices.size());
+    skin.update(VectorField<const T>(in.field()), positions.field(), normals.field());
+    const std::vector<Vector3d> x = positions.vectors(), turned = normals.vectors();
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    double error = 0;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+        const Vector3d at = Eigen::Map<const Vector3d>(mesh.vertices[v].data());
+        Vector3d expected = Vector3d::Zero();
+        Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+        for (int c = 0; c < 8; ++c) {
+            const std::array<int, 3> corner = {cells[v][0] + (c & 1), cells[v][1] + (c >> 1 & 1),
+                                               cells[v][2] + (c >> 2)};
+            Vector3d weight, slope; // a factor an axis
+            for (Eigen::Index a = 0; a < 3; ++a) {
+                const double along = at[a] / h - cells[v][static_cast<std::size_t>(a)];
+                weight[a] = (c >> a & 1) != 0 ? along : 1 - along;
+                slope[a] = ((c >> a & 1) != 0 ? 1 : -1) / h;
+            }
+            const std::size_t node = lattice.grid_node_index(corner[0], corner[1], corner[2]);
+            const auto number = std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin();
+            const Vector3d place = h * Vector3d(corner[0], corner[1], corner[2]) + u[static_cast<std::size_t>(number)];
+            expected += weight.prod() * place;
+            gradient += place * Vector3d(slope[0] * weight[1] * weight[2], weight[0] * slope[1] * weight[2],
+                                         weight[0] * weight[1] * slope[2])
+                                    .transpose();
+        }
+        const std::size_t first = v / 3 * 3;
+        const auto corner = [&](std::size_t n) { return Eigen::Map<const Vector3d>(mesh.vertices[first + n].data()); };
+        const Vector3d area = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+        const Vector3d normal = (gradient.determinant() * gradient.inverse().transpose() * area).normalized();
+        error = std::max({error, (x[v] - expected).norm() / std::max(h, expected.norm()), (turned[v] - normal).norm()});
+    }
+    subject.record("skin", error);
 }
 
 /// A free body's forces and their moments about the origin sum to zero.
@@ -248,6 +311,9 @@ void check_all(const TestBody& body, const MatrixOptions& options, RowTable& tab
         check_adds(subject, options.seed);
         check_coincident_nodes(subject);
         check_totals(subject, options.seed);
+        if (body.lattice) {
+            check_skin(subject, options.seed);
+        }
         check_rigid_motions(subject);
         check_diagonal(subject, options.seed);
         check_damping(subject, plan_options(key), options.seed);

@@ -30,6 +30,8 @@ constexpr Tolerance kProperties[] = {
     {"coincident nodes", 0, "two ends at one point, then the whole body at one point: forces and energy are finite"},
     {"total force", 1.5, "of a free body, over the sum of all nodes' force scales: errors of random sign average out"},
     {"total torque", 1.5, "likewise, about the origin"},
+    {"skin", 6,
+     "vertices in cells at a strain of 0.1: their distance over that from the grid's corner, or the normal's error"},
     {"rigid motion", 3,
      "translation by 128 to 1024 cells, a quarter turn, a slanted turn: against the force scale of the slanted turn"},
     {"hessian diagonal", 5,

@@ -5,12 +5,15 @@
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/force_plan.hpp"
 #include "hybmss/hybmss.h"
+#include "hybmss/skin.hpp"
+#include "hybmss/stress.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <numeric>
+#include <random>
 #include <stdexcept>
 #include <string>
 
@@ -123,6 +126,57 @@ private:
     StepParameters step_;
 };
 
+/// What is read of a body beside its forces: a mesh of 100,000 vertices on its surface, the stresses of its cells.
+class Read {
+public:
+    explicit Read(int edge)
+        : lattice_(Lattice::box(edge, edge, edge, 0.1)), skin_(lattice_, surface(0.1 * edge), one_thread()),
+          stress_(lattice_, {}, one_thread()), u_(3 * stress_.node_count()), positions_(3 * kVertices),
+          normals_(3 * kVertices), stresses_(stress_.cell_count()) {
+        for (std::size_t i = 0; i < u_.size(); ++i) {
+            u_[i] = 1e-3f * static_cast<float>(i % 7);
+        }
+    }
+    void skin(bool normals) {
+        skin_.update(displacement(), VectorField<float>::aos(positions_.data(), kVertices),
+                     normals ? VectorField<float>::aos(normals_.data(), kVertices) : VectorField<float>{});
+    }
+    void stress() { stress_.read(displacement(), stresses_); }
+
+private:
+    static constexpr std::size_t kVertices = 100000;
+
+    VectorField<const float> displacement() const {
+        return VectorField<const float>::aos(u_.data(), stress_.node_count());
+    }
+    static PlanOptions one_thread() {
+        PlanOptions options;
+        options.threads = 1;
+        return options;
+    }
+    /// In any order; triangles of three in a row.
+    static TriangleMesh surface(double edge) {
+        std::mt19937 engine(1);
+        std::uniform_real_distribution<double> draw(0, edge);
+        TriangleMesh mesh;
+        for (std::uint32_t n = 0; n < kVertices; ++n) {
+            std::array<double, 3> x = {draw(engine), draw(engine), draw(engine)};
+            x[n % 3] = n % 2 == 0 ? 0 : edge;
+            mesh.vertices.push_back(x);
+            if (n % 3 == 2) {
+                mesh.triangles.push_back({n - 2, n - 1, n});
+            }
+        }
+        return mesh;
+    }
+
+    Lattice lattice_;
+    Skin<float> skin_;
+    StressMeter stress_;
+    std::vector<float> u_, positions_, normals_;
+    std::vector<CellStress> stresses_;
+};
+
 struct Comparison {
     const char* name;
     int edge;                                   ///< cells
@@ -130,6 +184,7 @@ struct Comparison {
     const char* words;
     bool pages = false;
     Integrator integrator = Integrator::symplectic_euler;
+    std::function<void(Read&)> read = {}, read_against = {};
 };
 
 void time(benchmark::State& state, const Work& work, const Work& against) {
@@ -142,6 +197,18 @@ void time(benchmark::State& state, const Work& work, const Work& against) {
 }
 
 void measure(benchmark::State& state, const Comparison& comparison) {
+    if (comparison.read) {
+        Read read(comparison.edge);
+        const auto repeated = [&](const std::function<void(Read&)>& call) {
+            return [&](long count) {
+                for (; count > 0; --count) {
+                    call(read);
+                }
+            };
+        };
+        time(state, repeated(comparison.read), repeated(comparison.read_against));
+        return;
+    }
     if (!comparison.work) {
         Moving moving(comparison.edge, comparison.pages, comparison.integrator), usual(comparison.edge, false, {});
         time(
@@ -175,7 +242,25 @@ Table embedding_benchmark(const RowChoices& choices) {
         {"embedding/32x32x32/AoS-C", 32, by_c, separate, "the same in C"},
         {"embedding/32x32x32/map-C", 32, mapped, separate, "float3 in reverse order by a map, in C"},
         {"embedding/30x30x30/pages", 30, {}, {}, "a step in an allocator's whole pages", true},
-        {"embedding/30x30x30/leapfrog", 30, {}, {}, "a leapfrog step", false, Integrator::leapfrog}};
+        {"embedding/30x30x30/leapfrog", 30, {}, {}, "a leapfrog step", false, Integrator::leapfrog},
+        {"embedding/32x32x32/normals",
+         32,
+         {},
+         {},
+         "a skin of 100,000 with normals, without",
+         false,
+         {},
+         [](Read& read) { read.skin(true); },
+         [](Read& read) { read.skin(false); }},
+        {"embedding/32x32x32/stress",
+         32,
+         {},
+         {},
+         "stresses of all cells, against the skin",
+         false,
+         {},
+         [](Read& read) { read.stress(); },
+         [](Read& read) { read.skin(true); }}};
     const std::string heading = printed("%-10s %-40s %10s %12s %8s", "mesh", "what", "us/call", "us over", "% over");
     Table table{kIntroduction, {}};
     for (const Comparison& comparison : comparisons) {

@@ -36,6 +36,22 @@ struct Embedded {
     }
 };
 
+void put_mesh(TriangleMesh (*make)(const Lattice&), const hybmss_body* body, double* vertices, size_t* vertex_count,
+              uint32_t* triangles, size_t* triangle_count) {
+    require(body, "body");
+    require(vertex_count, "vertex_count");
+    require(triangle_count, "triangle_count");
+    const TriangleMesh mesh = make(lattice_of(*body, "a lattice has a boundary of cells").lattice);
+    if (vertices && !mesh.vertices.empty()) {
+        std::copy_n(mesh.vertices[0].data(), 3 * mesh.vertices.size(), vertices);
+    }
+    if (triangles && !mesh.triangles.empty()) {
+        std::copy_n(mesh.triangles[0].data(), 3 * mesh.triangles.size(), triangles);
+    }
+    *vertex_count = mesh.vertices.size();
+    *triangle_count = mesh.triangles.size();
+}
+
 } // namespace
 } // namespace hybmss::c_interface
 
@@ -50,20 +66,12 @@ extern "C" {
 
 hybmss_status hybmss_body_boundary_mesh(const hybmss_body* body, double* vertices, size_t* vertex_count,
                                         uint32_t* triangles, size_t* triangle_count) {
-    return guarded([&] {
-        require(body, "body");
-        require(vertex_count, "vertex_count");
-        require(triangle_count, "triangle_count");
-        const TriangleMesh mesh = boundary_mesh(lattice_of(*body, "a lattice has a boundary of cells").lattice);
-        if (vertices && !mesh.vertices.empty()) {
-            std::copy_n(mesh.vertices[0].data(), 3 * mesh.vertices.size(), vertices);
-        }
-        if (triangles && !mesh.triangles.empty()) {
-            std::copy_n(mesh.triangles[0].data(), 3 * mesh.triangles.size(), triangles);
-        }
-        *vertex_count = mesh.vertices.size();
-        *triangle_count = mesh.triangles.size();
-    });
+    return guarded([&] { put_mesh(boundary_mesh, body, vertices, vertex_count, triangles, triangle_count); });
+}
+
+hybmss_status hybmss_body_smooth_mesh(const hybmss_body* body, double* vertices, size_t* vertex_count,
+                                      uint32_t* triangles, size_t* triangle_count) {
+    return guarded([&] { put_mesh(smooth_boundary_mesh, body, vertices, vertex_count, triangles, triangle_count); });
 }
 
 hybmss_status hybmss_skin_create(const hybmss_body* body, hybmss_precision precision, const double* vertices,

@@ -209,11 +209,13 @@ void bind_plans(py::module_& module) {
 
     module.def(
         "boundary_mesh",
-        [](const Lattice& lattice) {
-            const TriangleMesh mesh = boundary_mesh(lattice);
+        [](const Lattice& lattice, bool smooth) {
+            const TriangleMesh mesh = smooth ? smooth_boundary_mesh(lattice) : boundary_mesh(lattice);
             return py::make_tuple(array_of(mesh.vertices), array_of(mesh.triangles));
         },
-        py::arg("lattice"), "(vertices, triangles): the faces of cells that no other cell shares, two triangles each.");
+        py::arg("lattice"), py::arg("smooth") = false,
+        "(vertices, triangles): the faces of cells that no other cell shares, two triangles each; `smooth`: on the "
+        "surface that the cells' fills are of, or without terraces.");
 
     py::class_<AnySkin>(module, "Skin", "Triangles that move with a lattice.")
         .def(py::init<const Lattice&, const Vertices&, const Triangles&, const py::object&, int>(), py::arg("lattice"),

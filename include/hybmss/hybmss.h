@@ -294,6 +294,11 @@ HYBMSS_EXPORT hybmss_status hybmss_body_stresses(const hybmss_body* body, const 
 HYBMSS_EXPORT hybmss_status hybmss_body_boundary_mesh(const hybmss_body* body, double* vertices, size_t* vertex_count,
                                                       uint32_t* triangles, size_t* triangle_count);
 
+/* The same triangles with their vertices on the smooth surface that the cells' fills are of, or that terraces are
+ * smoothed to: smooth_boundary_mesh() of hybmss/skin.hpp. */
+HYBMSS_EXPORT hybmss_status hybmss_body_smooth_mesh(const hybmss_body* body, double* vertices, size_t* vertex_count,
+                                                    uint32_t* triangles, size_t* triangle_count);
+
 /* Triangles that move with a lattice: hybmss/skin.hpp says how. Not changed by use: may be used by several threads. */
 typedef struct hybmss_skin hybmss_skin;
 

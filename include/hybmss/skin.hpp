@@ -28,6 +28,12 @@ struct TriangleMesh {
 /// The faces of cells that no other cell shares, two triangles each; vertices are the nodes on them, in their order.
 HYBMSS_EXPORT TriangleMesh boundary_mesh(const Lattice& lattice);
 
+/// The same triangles with their vertices moved off the nodes, by half a cell along each axis at most: to the middle of
+/// where the surface crosses the lines between the centres of the cells around. Along such a line it is told by how
+/// much of the two cells is filled, exactly where it is a plane across; cells of less than a half are outside. Where
+/// all cells are whole, terraces are smoothed after that (Taubin 1995), which also rounds edges.
+HYBMSS_EXPORT TriangleMesh smooth_boundary_mesh(const Lattice& lattice);
+
 /// A mesh in a lattice. A vertex has a place in a cell, or beside the nearest one, and moves as the cell's nodes do, by
 /// their trilinear interpolation; beside a cell it goes on linearly from the cell's nearest point. Affine motions are
 /// followed exactly. Normals turn as the cell's map turns areas at that point: by the cofactor of its gradient. T is

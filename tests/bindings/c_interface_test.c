@@ -680,7 +680,7 @@ static void obstacles_and_cuts(void) {
     const uint32_t corner[2] = {0, 0}, outside = NX * NY * NZ;
     static double masses[NODES], vertices[3 * VERTICES];
     static uint32_t indices[NODES], triangles[3 * TRIANGLES];
-    size_t count = 0, triangle_count = 0, removed = 9, n;
+    size_t count = 0, triangle_count = 0, smooth_count = 0, same_count = 0, removed = 9, n;
     double weight = 0;
 
     OK(hybmss_body_boundary_mesh(body, NULL, &count, NULL, &triangle_count));
@@ -690,6 +690,9 @@ static void obstacles_and_cuts(void) {
     for (n = 0; n < 3 * TRIANGLES; ++n) {
         EXPECT(triangles[n] < VERTICES);
     }
+    OK(hybmss_body_smooth_mesh(body, NULL, &smooth_count, NULL, &same_count));
+    EXPECT(smooth_count == count && same_count == triangle_count);
+    REFUSED(hybmss_body_smooth_mesh(NULL, NULL, &count, NULL, &count), "body is null");
     REFUSED(hybmss_body_boundary_mesh(NULL, NULL, &count, NULL, &count), "body is null");
     REFUSED(hybmss_body_boundary_mesh(body, NULL, NULL, NULL, &count), "vertex_count is null");
     REFUSED(hybmss_body_boundary_mesh(body, NULL, &count, NULL, NULL), "triangle_count is null");

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -76,15 +77,8 @@ Moved moved(const Skin<double>& skin, const std::vector<double>& u) {
     return result;
 }
 
-TEST(Skin, FollowsAffineMotionsExactlyInAndBesideTheBody) {
-    const Lattice lattice = full_of_holes(2, 0.4);
-    const TriangleMesh mesh = random_mesh(300, 3);
-    Matrix3d f;
-    f << 1.2, 0.3, -0.1, 0.05, 0.8, 0.2, -0.3, 0.1, 1.1;
-    const Vector3d shift(0.5, -2, 3);
-    const std::vector<double> u =
-        at_nodes(lattice, [&](const Vector3d& x) { return Vector3d((f - Matrix3d::Identity()) * x + shift); });
-    const Moved now = moved(Skin<double>(lattice, mesh), u);
+/// Of a mesh of triangles apart.
+void expect_affine(const Moved& now, const TriangleMesh& mesh, const Matrix3d& f, const Vector3d& shift) {
     const Matrix3d cofactor = f.determinant() * f.inverse().transpose();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Vector3d a = vector(mesh.vertices[3 * t]), b = vector(mesh.vertices[3 * t + 1]),
@@ -97,6 +91,48 @@ TEST(Skin, FollowsAffineMotionsExactlyInAndBesideTheBody) {
     }
 }
 
+TEST(Skin, FollowsAffineMotionsExactlyInAndBesideTheBody) {
+    const Lattice lattice = full_of_holes(2, 0.4);
+    const TriangleMesh mesh = random_mesh(300, 3);
+    Matrix3d f;
+    f << 1.2, 0.3, -0.1, 0.05, 0.8, 0.2, -0.3, 0.1, 1.1;
+    const Vector3d shift(0.5, -2, 3);
+    const std::vector<double> u =
+        at_nodes(lattice, [&](const Vector3d& x) { return Vector3d((f - Matrix3d::Identity()) * x + shift); });
+    for (const InstructionSet set : available_instruction_sets()) {
+        SCOPED_TRACE(name(set));
+        PlanOptions options;
+        options.instruction_set = set;
+        expect_affine(moved(Skin<double>(lattice, mesh, options), u), mesh, f, shift);
+    }
+}
+
+TEST(Skin, IsTheSameForAllInstructionSetsToRounding) {
+    // Cells of no, some and very many vertices, in them and beside.
+    const Lattice lattice = full_of_holes(5, 0.5);
+    const TriangleMesh mesh = random_mesh(3000, 8);
+    const std::vector<double> u =
+        at_nodes(lattice, [](const Vector3d& x) { return Vector3d(0.1 * x[1] * x[2], std::sin(x[0]), x[2] * x[0]); });
+    std::vector<float> floats(u.begin(), u.end());
+    PlanOptions options;
+    options.instruction_set = InstructionSet::sse2;
+    const Moved first = moved(Skin<double>(lattice, mesh, options), u);
+    for (const InstructionSet set : available_instruction_sets()) {
+        SCOPED_TRACE(name(set));
+        options.instruction_set = set;
+        const Moved now = moved(Skin<double>(lattice, mesh, options), u);
+        const Skin<float> skin(lattice, mesh, options);
+        std::vector<float> x(9000), n(9000);
+        skin.update(VectorField<const float>::aos(floats.data(), skin.node_count()),
+                    VectorField<float>::aos(x.data(), 3000), VectorField<float>::aos(n.data(), 3000));
+        for (std::size_t i = 0; i < 9000; ++i) {
+            ASSERT_NEAR(now.positions[i], first.positions[i], 1e-13) << i;
+            ASSERT_NEAR(now.normals[i], first.normals[i], 1e-13) << i;
+            ASSERT_NEAR(static_cast<double>(x[i]), first.positions[i], 2e-5) << i; // far beside cells
+            ASSERT_NEAR(static_cast<double>(n[i]), first.normals[i], 1e-5) << i;
+        }
+    }
+}
 TEST(Skin, InterpolatesTrilinearlyInsideItsCell) {
     const Lattice lattice = Lattice::box(3, 2, 2, kSize);
     // A field that is trilinear all over the box.
@@ -234,6 +270,126 @@ TEST(Skin, TheBoundaryIsClosedTurnsOutwardsAndEnclosesTheCells) {
     }
     EXPECT_EQ(boundary_mesh(Lattice::box(3, 3, 3, 1)).vertices.size(), 56u);
     EXPECT_EQ(boundary_mesh(Lattice::box(3, 3, 3, 1)).triangles.size(), 108u);
+}
+
+/// The volume that closed triangles enclose.
+double enclosed(const TriangleMesh& mesh) {
+    double volume = 0;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        volume += vector(mesh.vertices[a]).cross(vector(mesh.vertices[b])).dot(vector(mesh.vertices[c])) / 6;
+    }
+    return volume;
+}
+
+/// Cells of a ball of radius `cells` about the middle of a grid, with the fills that a surface would give them: what is
+/// inside, less what is shared with the cells further in.
+Lattice ball(int cells, bool fractions) {
+    const int n = 2 * cells + 4;
+    const auto at = [n](int i, int j, int k) { return static_cast<std::size_t>((k * n + j) * n + i); };
+    std::vector<float> scales(at(0, 0, n), 0.0f);
+    std::vector<double> volume(scales.size()), fill(scales.size());
+    constexpr int kSamples = 8;
+    for (int k = 0; k < n; ++k) {
+        for (int j = 0; j < n; ++j) {
+            for (int i = 0; i < n; ++i) {
+                Vector3d first = Vector3d::Zero();
+                int count = 0;
+                for (int s = 0; s < kSamples * kSamples * kSamples; ++s) {
+                    const Vector3d in((s % kSamples + 0.5) / kSamples, (s / kSamples % kSamples + 0.5) / kSamples,
+                                      (s / kSamples / kSamples + 0.5) / kSamples);
+                    if ((Vector3d(i, j, k) + in - Vector3d::Constant(0.5 * n)).norm() < cells) {
+                        ++count;
+                        first += in - Vector3d::Constant(0.5);
+                    }
+                }
+                if (count == 0 || (!fractions && 2 * count < kSamples * kSamples * kSamples)) {
+                    continue;
+                }
+                scales[at(i, j, k)] = 1;
+                // Shared linearly along each axis, as the centre of mass lies between the centres.
+                const double t = count / std::pow(kSamples, 3);
+                const Vector3d off = first / count;
+                for (int c = 0; c < 8; ++c) {
+                    double part = t;
+                    std::array<int, 3> to = {i, j, k};
+                    for (Eigen::Index a = 0; a < 3; ++a) {
+                        const bool next = (c >> a & 1) != 0;
+                        part *= next ? std::abs(off[a]) : 1 - std::abs(off[a]);
+                        to[static_cast<std::size_t>(a)] += next ? (off[a] > 0 ? 1 : -1) : 0;
+                    }
+                    fill[at(to[0], to[1], to[2])] += part;
+                }
+            }
+        }
+    }
+    Lattice lattice = Lattice::from_cells(n, n, n, kSize, scales);
+    if (fractions) {
+        std::vector<float> fills(fill.begin(), fill.end());
+        for (std::size_t c = 0; c < fills.size(); ++c) {
+            fills[c] = scales[c] > 0 ? std::max(fills[c], 1e-3f) : 1.0f;
+        }
+        lattice.set_fills(fills);
+    }
+    return lattice;
+}
+
+TEST(SmoothBoundary, LiesOnTheSurfaceThatTheFillsAreOf) {
+    for (const int cells : {6, 12}) {
+        for (const bool fractions : {false, true}) {
+            SCOPED_TRACE(std::to_string(cells) + (fractions ? " fractions" : " whole cells"));
+            const Lattice lattice = ball(cells, fractions);
+            const TriangleMesh mesh = smooth_boundary_mesh(lattice), steps = boundary_mesh(lattice);
+            const Vector3d middle = Vector3d::Constant(0.5 * kSize * lattice.cells()[0]);
+            double greatest = 0, squares = 0;
+            for (const auto& x : mesh.vertices) {
+                const double off = (vector(x) - middle).norm() / kSize - cells;
+                greatest = std::max(greatest, std::abs(off));
+                squares += off * off;
+            }
+            const double mean = std::sqrt(squares / static_cast<double>(mesh.vertices.size()));
+            EXPECT_LT(greatest, fractions ? 0.12 : 0.4);
+            EXPECT_LT(mean, fractions ? 0.06 : 0.14) << greatest;
+            const double volume = 4 * std::numbers::pi / 3 * std::pow(cells * kSize, 3);
+            // Vertices lie in the middle of points of the surface, and so a little inside: by the square of a cell.
+            EXPECT_NEAR(enclosed(mesh), volume, (fractions ? 1.6 / (cells * cells) : 0.05) * volume);
+            std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+            for (const auto& [a, b, c] : mesh.triangles) {
+                ++edges[{a, b}];
+                ++edges[{b, c}];
+                ++edges[{c, a}];
+            }
+            for (const auto& [edge, count] : edges) {
+                EXPECT_EQ(count, edges.at({edge.second, edge.first}));
+            }
+            if (!fractions) {
+                EXPECT_EQ(mesh.triangles, steps.triangles);
+            }
+        }
+    }
+}
+
+TEST(SmoothBoundary, IsExactForAPlaneAcrossAnAxis) {
+    for (const double part : {0.1, 0.4, 0.6, 0.9}) {
+        Lattice lattice = Lattice::box(7, 7, 4, kSize);
+        std::vector<float> fills(7 * 7 * 4, 1.0f);
+        for (std::size_t c = 0; c < 49; ++c) { // the highest layer is filled by a part, from below
+            fills[3 * 49 + c] = static_cast<float>(part * (1 + part) / 2);
+            fills[2 * 49 + c] = static_cast<float>(1 + part * (1 - part) / 2);
+        }
+        lattice.set_fills(fills);
+        int across = 0;
+        for (const auto& x : smooth_boundary_mesh(lattice).vertices) {
+            const bool middle = std::abs(x[0] / kSize - 3.5) < 2 && std::abs(x[1] / kSize - 3.5) < 2;
+            if (middle && x[2] > kSize) {
+                ++across;
+                EXPECT_NEAR(x[2], kSize * (3 + part), 1e-6) << part;
+            }
+        }
+        EXPECT_EQ(across, 16) << part;
+    }
+    const Lattice one = Lattice::box(1, 1, 1, kSize); // what is there stays near its nodes
+    EXPECT_EQ(smooth_boundary_mesh(one).vertices.size(), 8u);
+    EXPECT_GT(enclosed(smooth_boundary_mesh(one)), 0.005 * std::pow(kSize, 3));
 }
 
 TEST(Skin, IsTheSameForAnyThreadsAndCloseInFloat) {

@@ -90,7 +90,9 @@ def test_stress(dtype):
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_skin(dtype):
+    smooth, same = hybmss.boundary_mesh(BOX, smooth=True)
     vertices, triangles = hybmss.boundary_mesh(BOX)
+    assert (same == triangles).all() and smooth.shape == vertices.shape and (smooth != vertices).any()
     skin = hybmss.Skin(BOX, vertices, triangles, dtype)
     u = np.zeros((BOX.node_count, 3), dtype)
     positions, normals = np.empty_like(vertices, dtype), np.empty_like(vertices, dtype)
