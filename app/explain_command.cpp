@@ -26,7 +26,7 @@ namespace {
 using namespace hybmss;
 
 struct ExplainArguments {
-    std::string scene, json;
+    std::string scene, json, slice;
     bool keys = false, effects = false, force = false;
     PlanArguments plan;
 };
@@ -419,11 +419,17 @@ void explain_scene(const ExplainArguments& arguments, Scene read) {
     const auto grid = simulation.lattice().cells();
     row("grid", fmt::format("{} x {} x {} cells of {:g} m; low corner at ({:g}, {:g}, {:g})", grid[0], grid[1], grid[2],
                             scene.body.cell_size, scene.body.origin[0], scene.body.origin[1], scene.body.origin[2]));
+    if (!scene.body.resampled.empty()) {
+        row("resampled", scene.body.resampled);
+    }
     if (const std::string labels = labels_line(scene); !labels.empty()) {
         row("labels", labels);
     }
     if (const std::string fills = fills_line(simulation); !fills.empty()) {
         row("fill", fills);
+    }
+    if (!arguments.slice.empty()) {
+        fmt::print("{}", slice_lines(simulation, static_cast<std::size_t>(arguments.slice[0] - 'x')));
     }
     row("parts", parts.empty() ? "1: all cells hang together by their faces" : parts);
     row("nodes", fmt::format("{}", simulation.node_count()));
@@ -481,6 +487,8 @@ void add_explain_command(CLI::App& app) {
     command->add_flag("--keys", arguments->keys,
                       "print all keys of the scene format instead, as in docs/report/scene_keys.md");
     command->add_flag("--effects", arguments->effects, "print all effects there are instead, as in docs/effects.md");
+    command->add_option("--slice", arguments->slice, "draw the layer of cells in the middle of this axis: x, y or z")
+        ->check(CLI::IsMember({"x", "y", "z"}));
     command->add_option("--json", arguments->json, "also write it to this file")->check(a_path());
     add_force_option(*command, arguments->force);
     arguments->plan.add_to(*command, true);

@@ -71,6 +71,9 @@ std::string body_line(const Simulation& simulation, const SimulationOptions& opt
     if (filled < lattice.cell_scales().size()) {
         line = fmt::format("{} cells of a grid of {} x {} x {}", filled, grid[0], grid[1], grid[2]);
     }
+    if (const std::string& resampled = simulation.scene().body.resampled; !resampled.empty()) {
+        line = fmt::format("{}; {}", resampled, line);
+    }
     return line + fmt::format(", {} nodes, {} springs, about {:.3g} MB", simulation.node_count(),
                               simulation.describe().springs, estimated_bytes(simulation.scene().body, options) / 1e6);
 }
@@ -131,6 +134,34 @@ std::string fills_line(const Simulation& simulation) {
                        fills.size(),
                        std::accumulate(fills.begin(), fills.end(), 0.0) * std::pow(lattice.cell_size(), 3),
                        simulation.scene().body.surface_volume);
+}
+
+std::string slice_lines(const Simulation& simulation, std::size_t axis) {
+    constexpr int kWidest = 100; // characters; of larger grids every second or so many cells
+    const Lattice& lattice = simulation.lattice();
+    const std::array<int, 3>& cells = lattice.cells();
+    const std::size_t across = axis == 0 ? 1 : 0, up = axis == 2 ? 1 : 2;
+    const int step = std::max(1, (std::max(cells[across], cells[up]) + kWidest - 1) / kWidest);
+    std::array<int, 3> at{};
+    at[axis] = cells[axis] / 2;
+    std::string lines =
+        fmt::format("  layer {} of {} along {}, {} to the right, {} upwards{}\n", at[axis], cells[axis], "xyz"[axis],
+                    "xyz"[across], "xyz"[up], step > 1 ? fmt::format(", one of {} cells each way", step) : "");
+    for (at[up] = cells[up] - 1; at[up] >= 0; at[up] -= step) {
+        lines += "  ";
+        for (at[across] = 0; at[across] < cells[across]; at[across] += step) {
+            const std::size_t cell = lattice.cell_index(at[0], at[1], at[2]);
+            const auto& labels = simulation.scene().body.labels;
+            const int label = labels.empty() ? 0 : labels[cell];
+            lines += !(lattice.cell_scales()[cell] > 0) ? '.'
+                     : lattice.cell_fill(cell) < 0.5F   ? '-'
+                     : label == 0 || label > 35         ? '#'
+                     : label < 10                       ? static_cast<char>('0' + label)
+                                                        : static_cast<char>('a' + label - 10);
+        }
+        lines += '\n';
+    }
+    return lines;
 }
 
 std::string summary_table(const Simulation& simulation, const Summary& s) {

@@ -22,6 +22,10 @@ std::string labels_line(const Scene& scene);
 
 /// "624 of 4169 cells are not whole; 4.1886 m^3 by their fills, 4.1887 m^3 inside the surface"; "" where all are whole.
 std::string fills_line(const Simulation& simulation);
+/// The layer of cells in the middle of an axis, a character a cell, the higher of the other two axes upwards: '.' for
+/// no cell, 1 to 9 and a, b, c ... its label, # where there are none; of cells that a surface cuts to less than a half
+/// '-'.
+std::string slice_lines(const Simulation& simulation, std::size_t axis);
 
 std::string summary_table(const Simulation& simulation, const Summary& summary);
 /// How it ended, in one line.

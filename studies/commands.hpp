@@ -13,4 +13,5 @@ void add_price_command(CLI::App& app);
 void add_textbook_command(CLI::App& app);
 void add_law_command(CLI::App& app);
 void add_tissue_command(CLI::App& app);
+void add_calculix_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

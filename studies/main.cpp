@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
     add_textbook_command(app);
     add_law_command(app);
     add_tissue_command(app);
+    add_calculix_command(app);
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);
 #endif

@@ -374,6 +374,17 @@ std::vector<ObstacleReading> ExplicitDynamics<T>::obstacle_readings() const {
                    : std::vector<ObstacleReading>();
 }
 
+template <class T>
+void ExplicitDynamics<T>::get_contact_forces(VectorField<T> out) const {
+    const Implementation& i = *implementation_;
+    NodeField<T> force;
+    Body<T>::allocate_like(i.state.velocity, force);
+    if (const auto* const contact = i.template find<Contact<T>>()) {
+        i.at_whole_step([&] { contact->add_forces(*i.body, i.state, force); });
+    }
+    i.body->read(force, 1, out);
+}
+
 template Contact<float>::Contact(const Body<float>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void Contact<float>::node_was_cut(const Body<float>&, std::uint32_t, const Point&);
 template void Contact<float>::move(std::span<const RigidPose>);
@@ -386,6 +397,7 @@ template void Contact<float>::set_memory(std::span<const double>);
 template void ExplicitDynamics<float>::set_obstacles(std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void ExplicitDynamics<float>::move_obstacles(std::span<const RigidPose>);
 template std::vector<ObstacleReading> ExplicitDynamics<float>::obstacle_readings() const;
+template void ExplicitDynamics<float>::get_contact_forces(VectorField<float>) const;
 template Contact<double>::Contact(const Body<double>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void Contact<double>::node_was_cut(const Body<double>&, std::uint32_t, const Point&);
 template void Contact<double>::move(std::span<const RigidPose>);
@@ -398,5 +410,6 @@ template void Contact<double>::set_memory(std::span<const double>);
 template void ExplicitDynamics<double>::set_obstacles(std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void ExplicitDynamics<double>::move_obstacles(std::span<const RigidPose>);
 template std::vector<ObstacleReading> ExplicitDynamics<double>::obstacle_readings() const;
+template void ExplicitDynamics<double>::get_contact_forces(VectorField<double>) const;
 
 } // namespace hybmss

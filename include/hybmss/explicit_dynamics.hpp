@@ -154,6 +154,9 @@ public:
     void move_obstacles(std::span<const RigidPose> poses);
     /// One an obstacle, at the present state.
     std::vector<ObstacleReading> obstacle_readings() const;
+    /// Sets (not adds) what the obstacles exert on each node at the present state, friction too, N; their sum is that
+    /// of obstacle_readings(). Zero where there are none.
+    void get_contact_forces(VectorField<T> out) const;
     /// Damps all springs along themselves (Kelvin-Voigt) from now on: with the force c (n.v) n on each, v the velocity
     /// of its ends to each other, n its direction, c = stiffness_damping times its stiffness; taken at the velocity
     /// before a step. Rigid motions are not damped. `stiffness_damping` in s, >= 0; 0: no more, and no cost. One of

@@ -17,10 +17,6 @@
 #include <zlib.h>
 
 namespace hybmss {
-namespace {
-
-/// What the gzip stream (one member or several) holds. Grows with what is really there, and stops soon after `at_most`
-/// bytes. Throws std::runtime_error where the stream is damaged or cut short.
 std::string gunzip(std::string_view compressed, std::size_t at_most) {
     constexpr std::size_t kChunk = std::size_t{1} << 18;
     z_stream stream = {};
@@ -59,6 +55,8 @@ std::string gunzip(std::string_view compressed, std::size_t at_most) {
     }
     return text;
 }
+
+namespace {
 
 /// The fields of the header, with what follows it.
 struct NrrdFile {
@@ -178,8 +176,8 @@ double length_unit(const NrrdFile& file, const std::string& field) {
     return unit;
 }
 
-/// The edge of a voxel in m, if told. Where the axes point in space plays no part, but they must make cubes.
-std::optional<double> voxel_size(const NrrdFile& file) {
+/// The edges of a voxel in m, if told. Where the axes point in space plays no part.
+std::optional<std::array<double, 3>> voxel_size(const NrrdFile& file) {
     std::array<double, 3> size{};
     std::string field = "spacings", units = "units";
     if (const std::string spacings = value_or_none(file, field); !spacings.empty()) {
@@ -202,11 +200,12 @@ std::optional<double> voxel_size(const NrrdFile& file) {
         return std::nullopt;
     }
     for (double edge : size) {
-        if (!(edge > 0) || !std::isfinite(edge) || std::abs(edge - size[0]) > 1e-3 * size[0]) {
-            refuse(field, value_or_none(file, field), "voxels must be cubes: three equal sizes above 0");
+        if (!(edge > 0) || !std::isfinite(edge)) {
+            refuse(field, value_or_none(file, field), "it must hold three sizes above 0");
         }
     }
-    return size[0] * length_unit(file, units);
+    const double unit = length_unit(file, units);
+    return std::array{size[0] * unit, size[1] * unit, size[2] * unit};
 }
 
 } // namespace
@@ -229,7 +228,9 @@ VoxelGrid parse_nrrd(std::string_view bytes) {
     const SampleFormat format = sample_format(file);
     VoxelGrid grid;
     grid.cells = numbers<std::int64_t, 3>("sizes", required(file, "sizes"));
-    grid.cell_size = voxel_size(file);
+    if (const auto edges = voxel_size(file)) {
+        set_spacing(grid, *edges);
+    }
     const std::string& encoding = required(file, "encoding");
     if (encoding == "raw") {
         grid.labels = read_labels(file.data, grid.cells, format);

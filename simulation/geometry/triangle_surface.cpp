@@ -209,8 +209,9 @@ void for_each_triangle(const TriangleSurface& surface, const SceneBody& body, do
 
 } // namespace
 
-SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size) {
-    SceneBody body = grid_around(surface, cell_size, 1);
+std::vector<std::uint8_t> centres_inside(const TriangleSurface& surface, Orientation orientation,
+                                         const SceneBody& body) {
+    std::vector<std::uint8_t> labels(static_cast<std::size_t>(body.cells[0] * body.cells[1] * body.cells[2]), 0);
     std::vector<Crossing> crossings;
     for_each_triangle(surface, body, 0.5,
                       [&](const std::array<Point, 3>& t) { add_crossings(crossings, t, body.cells); });
@@ -228,10 +229,16 @@ SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, dou
             ++c;
             const bool more = c < crossings.size() && crossings[c].column == column;
             for (int k = layer; inside && more && k < crossings[c].layer; ++k) {
-                body.labels[column + columns * static_cast<std::size_t>(k)] = 1;
+                labels[column + columns * static_cast<std::size_t>(k)] = 1;
             }
         }
     }
+    return labels;
+}
+
+SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, double cell_size) {
+    SceneBody body = grid_around(surface, cell_size, 1);
+    body.labels = centres_inside(surface, orientation, body);
     return body;
 }
 
@@ -416,28 +423,68 @@ void for_each_piece(const Polygon& triangle, const std::array<std::int64_t, 3>& 
     });
 }
 
-SceneBody filled(const TriangleSurface& surface, Orientation orientation, double cell_size) {
+namespace {
+
+void require_alike(Orientation orientation) {
     if (orientation == Orientation::mixed) {
         throw std::runtime_error(
             "some of its triangles are turned outwards and some inwards; fill = \"fraction\" needs "
             "them alike");
     }
-    SceneBody body = grid_around(surface, cell_size, 1 + sizeof(float));
+}
+
+/// Of all triangles. What is above the grid is taken for its top plane, where nothing is filled but all cells below.
+std::vector<Prism> prisms_below(const TriangleSurface& surface, const SceneBody& body) {
     const std::array<std::int64_t, 3>& cells = body.cells;
+    const auto top = static_cast<double>(cells[2]);
     std::vector<Prism> prisms;
-    for_each_triangle(surface, body, 0, [&](const std::array<Point, 3>& t) {
-        const Polygon triangle = {{t[0].x, t[0].y, t[0].z}, {t[1].x, t[1].y, t[1].z}, {t[2].x, t[2].y, t[2].z}};
-        for_each_piece(triangle, cells, [&](const std::array<int, 3>& at, const Polygon& piece) {
+    const auto add = [&](const Polygon& polygon) {
+        for_each_piece(polygon, cells, [&](const std::array<int, 3>& at, const Polygon& piece) {
             if (at[0] < cells[0] && at[1] < cells[1]) {
                 const auto column = static_cast<std::size_t>(at[0]) +
                                     static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(at[1]);
                 prisms.push_back(prism(piece, column, at[0], at[1], at[2]));
             }
         });
+    };
+    for_each_triangle(surface, body, 0, [&](const std::array<Point, 3>& t) {
+        const Polygon triangle = {{t[0].x, t[0].y, t[0].z}, {t[1].x, t[1].y, t[1].z}, {t[2].x, t[2].y, t[2].z}};
+        if (std::max({t[0].z, t[1].z, t[2].z}) <= top) {
+            add(triangle);
+            return;
+        }
+        add(clipped(triangle, 2, top, -1));
+        Polygon above = clipped(triangle, 2, top, 1);
+        for (Vector3& corner : above) {
+            corner[2] = top;
+        }
+        add(above);
     });
+    return prisms;
+}
+
+} // namespace
+
+SceneBody filled(const TriangleSurface& surface, Orientation orientation, double cell_size) {
+    require_alike(orientation);
+    SceneBody body = grid_around(surface, cell_size, 1 + sizeof(float));
+    std::vector<Prism> prisms = prisms_below(surface, body);
     body.fills.assign(body.labels.size(), 0.0f);
     keep_moments(body, fill_by_volume(body, prisms, enclosed_volume(surface) < 0 ? -1 : 1));
     return body;
+}
+
+std::vector<float> parts_inside(const TriangleSurface& surface, Orientation orientation, const SceneBody& grid) {
+    require_alike(orientation);
+    SceneBody own;
+    own.cells = grid.cells;
+    own.origin = grid.origin;
+    own.cell_size = grid.cell_size;
+    own.labels.assign(static_cast<std::size_t>(grid.cells[0] * grid.cells[1] * grid.cells[2]), 0);
+    own.fills.assign(own.labels.size(), 0.0f);
+    std::vector<Prism> prisms = prisms_below(surface, own);
+    fill_by_volume(own, prisms, enclosed_volume(surface) < 0 ? -1 : 1);
+    return own.fills;
 }
 
 double enclosed_volume(const TriangleSurface& surface) {

@@ -44,6 +44,14 @@ SceneBody voxelised(const TriangleSurface& surface, Orientation orientation, dou
 /// mixed, too: which side is inside must be told. Where shells overlap, the cells within are whole.
 SceneBody filled(const TriangleSurface& surface, Orientation orientation, double cell_size);
 
+/// Of each cell of a body's grid whether its centre is inside another surface: 1 or 0.
+std::vector<std::uint8_t> centres_inside(const TriangleSurface& surface, Orientation orientation,
+                                         const SceneBody& grid);
+
+/// Of each cell of a body's grid the part that is inside another surface, exact to rounding; what is outside of the
+/// grid is left out. Throws as filled() does.
+std::vector<float> parts_inside(const TriangleSurface& surface, Orientation orientation, const SceneBody& grid);
+
 /// A convex polygon in space, its corners in order.
 using Polygon = std::vector<Vector3>;
 

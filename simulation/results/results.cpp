@@ -69,41 +69,6 @@ void drop_bare_nodes(std::span<std::vector<Vector3>* const> vectors, std::vector
     }
 }
 
-/// Of the points the von Mises stress of the mean of the cells around them.
-VtuStress vtu_stress(std::span<const CellStress> stresses, std::span<const std::array<std::uint32_t, 8>> cells,
-                     std::size_t points) {
-    const std::size_t count = cells.size();
-    VtuStress drawn = {std::vector<std::array<double, 6>>(count),
-                       std::vector<std::array<double, 6>>(count),
-                       std::vector<double>(count),
-                       std::vector<double>(count),
-                       std::vector<double>(count),
-                       std::vector<double>(points)};
-    std::vector<CellStress> sums(points);
-    std::vector<double> around(points, 0.0);
-    for (std::size_t n = 0; n < count; ++n) {
-        const CellStress& stress = stresses[n];
-        drawn.cauchy_stress[n] = stress.cauchy;
-        drawn.green_strain[n] = stress.green_strain;
-        drawn.von_mises[n] = stress.von_mises();
-        drawn.pressure[n] = stress.pressure();
-        drawn.energy_density[n] = stress.energy_density;
-        if (!std::isfinite(drawn.von_mises[n] + stress.pressure() + stress.energy_density)) {
-            throw NotFinite("stress is not finite: not written");
-        }
-        for (const std::uint32_t point : cells[n]) {
-            around[point] += 1;
-            for (std::size_t s = 0; s < 6; ++s) {
-                sums[point].cauchy[s] += stress.cauchy[s];
-            }
-        }
-    }
-    for (std::size_t p = 0; p < points; ++p) {
-        drawn.at_points[p] = around[p] > 0 ? sums[p].von_mises() / around[p] : 0; // of the first degree in the stress
-    }
-    return drawn;
-}
-
 void append(std::string& row, const Vector3& values) {
     for (double v : values) {
         row += printed(",%.9g", v);
@@ -121,9 +86,21 @@ std::string mode_name(std::size_t mode) {
 
 namespace {
 
+/// The kinds of a skin's file, in the order of SkinFile.
+struct SkinKind {
+    std::string_view ending, beginning;
+    void (*write)(const std::filesystem::path&, const VtpMesh&);
+};
+constexpr SkinKind kSkinKinds[] = {
+    {".vtp", kVtpBeginning, write_vtp}, {".obj", kObjBeginning, write_obj}, {".ply", kPlyBeginning, write_ply}};
+
+const SkinKind& kind_of(SkinFile file) {
+    return kSkinKinds[static_cast<std::size_t>(file) - 1];
+}
+
 /// The skin's file beside a frame's.
-std::string skin_name(const std::string& frame) {
-    return "skin" + frame.substr(4, frame.size() - 8) + ".vtp";
+std::string skin_name(const std::string& frame, const SkinKind& kind) {
+    return "skin" + frame.substr(4, frame.size() - 8) + std::string(kind.ending);
 }
 
 /// Removes those of an earlier run from `first` on: files that have a frame's very name and begin as its writer does.
@@ -132,13 +109,16 @@ void remove_frames(const std::filesystem::path& directory, std::size_t first) {
     for (const auto& entry : std::filesystem::directory_iterator(directory)) {
         std::size_t frame = 0;
         const std::string name = entry.path().filename().string();
-        const bool of_skin = name.starts_with("skin_"), of_mode = name.starts_with("mode_");
-        if (std::sscanf(name.c_str() + std::min<std::size_t>(5, name.size()), "%zu", &frame) == 1 &&
-            name == (of_skin   ? skin_name(frame_name(frame))
-                     : of_mode ? mode_name(frame)
-                               : frame_name(frame)) &&
-            (of_mode || frame >= first) && entry.symlink_status().type() == std::filesystem::file_type::regular) {
-            const std::string_view ours = of_skin ? kVtpBeginning : kVtuBeginning;
+        const bool of_mode = name.starts_with("mode_");
+        if (std::sscanf(name.c_str() + std::min<std::size_t>(5, name.size()), "%zu", &frame) != 1 ||
+            (!of_mode && frame < first) || entry.symlink_status().type() != std::filesystem::file_type::regular) {
+            continue;
+        }
+        const auto* const kind = std::ranges::find_if(
+            kSkinKinds, [&](const SkinKind& k) { return name == skin_name(frame_name(frame), k); });
+        const bool of_skin = kind != std::end(kSkinKinds);
+        if (of_skin || name == (of_mode ? mode_name(frame) : frame_name(frame))) {
+            const std::string_view ours = of_skin ? kind->beginning : kVtuBeginning;
             std::string beginning(ours.size(), ' ');
             std::ifstream(entry.path(), std::ios::binary).read(beginning.data(), std::ssize(beginning));
             if (beginning == ours) {
@@ -230,6 +210,40 @@ std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
     return drawn;
 }
 
+VtuStress vtu_stress(std::span<const CellStress> stresses, std::span<const std::array<std::uint32_t, 8>> cells,
+                     std::size_t points) {
+    const std::size_t count = cells.size();
+    VtuStress drawn = {std::vector<std::array<double, 6>>(count),
+                       std::vector<std::array<double, 6>>(count),
+                       std::vector<double>(count),
+                       std::vector<double>(count),
+                       std::vector<double>(count),
+                       std::vector<double>(points)};
+    std::vector<CellStress> sums(points);
+    std::vector<double> around(points, 0.0);
+    for (std::size_t n = 0; n < count; ++n) {
+        const CellStress& stress = stresses[n];
+        drawn.cauchy_stress[n] = stress.cauchy;
+        drawn.green_strain[n] = stress.green_strain;
+        drawn.von_mises[n] = stress.von_mises();
+        drawn.pressure[n] = stress.pressure();
+        drawn.energy_density[n] = stress.energy_density;
+        if (!std::isfinite(drawn.von_mises[n] + stress.pressure() + stress.energy_density)) {
+            throw NotFinite("stress is not finite: not written");
+        }
+        for (const std::uint32_t point : cells[n]) {
+            around[point] += 1;
+            for (std::size_t s = 0; s < 6; ++s) {
+                sums[point].cauchy[s] += stress.cauchy[s];
+            }
+        }
+    }
+    for (std::size_t p = 0; p < points; ++p) {
+        drawn.at_points[p] = around[p] > 0 ? sums[p].von_mises() / around[p] : 0; // of the first degree in the stress
+    }
+    return drawn;
+}
+
 OwnedDirectory::OwnedDirectory(std::filesystem::path path) : path_(std::move(path)) {
     std::error_code error;
     std::filesystem::create_directories(path_, error);
@@ -309,6 +323,10 @@ void Results::record() {
     }
     std::vector<Vector3> reaction = wanted.reaction ? simulation_.reactions() : std::vector<Vector3>();
     require_finite(reaction, "reaction");
+    std::vector<Vector3> contact = wanted.reaction && !simulation_.scene().obstacles.empty()
+                                       ? simulation_.contact_forces()
+                                       : std::vector<Vector3>();
+    require_finite(contact, "contact");
     if (cut_cells_ != simulation_.removed_cell_count()) {
         cells_ = simulation_.cell_nodes();
         cut_cells_ = simulation_.removed_cell_count();
@@ -334,16 +352,16 @@ void Results::record() {
     std::vector<std::array<std::uint32_t, 8>> renumbered;
     if (cut_cells_ > 0) {
         renumbered = cells_;
-        drop_bare_nodes(std::array{&points, &u, &v, &reaction}, mass, renumbered);
+        drop_bare_nodes(std::array{&points, &u, &v, &reaction, &contact}, mass, renumbered);
     }
     const auto& cells = cut_cells_ > 0 ? renumbered : cells_;
     VtuStress stress;
     if (wanted.stress) {
         stress = vtu_stress(simulation_.cell_stresses(), cells, points.size());
     }
-    write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, fills, obstacles, mass, reaction,
+    write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, fills, obstacles, mass, reaction, contact,
                                   wanted.stress ? &stress : nullptr});
-    if (wanted.skin) {
+    if (wanted.skin != SkinFile::none) {
         write_skin(simulation_.displacements());
     }
     frames_.push_back({simulation_.time(), name});
@@ -371,9 +389,10 @@ void Results::write_skin(std::span<const Vector3> displacements) {
     if (!skin_ || skin_cut_cells_ != cut_cells_) {
         const Lattice whole = scene_lattice(scene);
         const TriangleMesh& given = scene.body.mesh;
-        skin_mesh_ = given.triangles.empty() ? boundary_mesh(simulation_.lattice())
-                     : cut_cells_ > 0        ? cut_mesh(given, whole, simulation_.lattice())
-                                             : given;
+        const bool of_cells = given.triangles.empty() || (scene.output.smooth && scene.body.fractions);
+        skin_mesh_ = of_cells ? (scene.output.smooth ? smooth_boundary_mesh : boundary_mesh)(simulation_.lattice())
+                     : cut_cells_ > 0 ? cut_mesh(given, whole, simulation_.lattice())
+                                      : given;
         skin_.emplace(whole, skin_mesh_);
         skin_cut_cells_ = cut_cells_;
     }
@@ -386,7 +405,8 @@ void Results::write_skin(std::span<const Vector3> displacements) {
             point[a] += scene.body.origin[a];
         }
     }
-    write_vtp(directory_ / skin_name(frame_name(frames_.size())), {points, normals, skin_mesh_.triangles});
+    const SkinKind& kind = kind_of(scene.output.skin);
+    kind.write(directory_ / skin_name(frame_name(frames_.size()), kind), {points, normals, skin_mesh_.triangles});
 }
 
 void Results::write_modes(const Summary& summary) {
@@ -415,10 +435,10 @@ void Results::finish(const Summary& summary) {
     write_modes(summary);
     std::erase_if(frames_, [&](const auto& frame) { return !std::filesystem::exists(directory_ / frame.file); });
     write_pvd(directory_ / "body.pvd", frames_);
-    if (simulation_.scene().output.skin) {
+    if (simulation_.scene().output.skin == SkinFile::vtp) {
         std::vector<PvdFrame> skins;
         for (const PvdFrame& frame : frames_) {
-            skins.push_back({frame.time, skin_name(frame.file)});
+            skins.push_back({frame.time, skin_name(frame.file, kind_of(SkinFile::vtp))});
         }
         write_pvd(directory_ / "skin.pvd", skins);
     }

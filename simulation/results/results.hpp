@@ -30,6 +30,9 @@ struct NotFinite : std::runtime_error {
 
 /// The scene's obstacles where they are at present.
 std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation);
+/// Of the points the von Mises stress of the mean of the cells around them. Throws NotFinite.
+VtuStress vtu_stress(std::span<const CellStress> stresses, std::span<const std::array<std::uint32_t, 8>> cells,
+                     std::size_t points);
 
 /// A directory, made where it is missing, that no other process may have as its own at the same time.
 class OwnedDirectory {

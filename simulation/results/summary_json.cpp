@@ -151,6 +151,13 @@ std::string summary_json(const Summary& summary) {
                                       {"reaction_nodes", probe.reaction_nodes},
                                       {"shared_reaction_nodes", probe.shared_reaction_nodes}};
     }
+    for (const SupportReading& support : summary.supports) {
+        json["supports"].push_back({{"kind", support.kind},
+                                    {"where", support.where},
+                                    {"force", support.force},
+                                    {"torque", support.torque},
+                                    {"nodes", support.nodes}});
+    }
     json["removed_cells"] = summary.removed_cells;
     json["warnings"] = summary.warnings;
     json["steps"] = summary.steps;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace hybmss {
 namespace {
@@ -111,6 +112,9 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
     if (!grid.reaction.empty()) {
         appended.add(header, "Float64", "reaction", 3, grid.reaction);
     }
+    if (!grid.contact.empty()) {
+        appended.add(header, "Float64", "contact", 3, grid.contact);
+    }
     if (grid.stress) {
         appended.add<double>(header, "Float64", "von_mises", 1, grid.stress->at_points);
     }
@@ -186,6 +190,42 @@ void write_vtp(const std::filesystem::path& path, const VtpMesh& mesh) {
     appended.add(header, "Int64", "offsets", 1, std::span<const std::int64_t>(offsets));
     header << "</Polys>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
     write_file(path, header.str() + appended.data() + "\n</AppendedData>\n</VTKFile>\n");
+}
+
+void write_obj(const std::filesystem::path& path, const VtpMesh& mesh) {
+    std::string text(kObjBeginning);
+    for (const auto& [name, vectors] : {std::pair{"v", mesh.points}, {"vn", mesh.normals}}) {
+        for (const Vector3& v : vectors) {
+            text += printed("%s %.9g %.9g %.9g\n", name, v[0], v[1], v[2]);
+        }
+    }
+    for (const auto& [a, b, c] : mesh.triangles) { // counted from 1; a vertex and its normal
+        text += printed("f %u//%u %u//%u %u//%u\n", a + 1, a + 1, b + 1, b + 1, c + 1, c + 1);
+    }
+    write_file(path, text);
+}
+
+void write_ply(const std::filesystem::path& path, const VtpMesh& mesh) {
+    static_assert(std::endian::native == std::endian::little);
+    std::string text(kPlyBeginning);
+    text += printed("element vertex %zu\n", mesh.points.size());
+    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) {
+        text += printed("property float %s\n", name);
+    }
+    text += printed("element face %zu\nproperty list uchar uint vertex_indices\nend_header\n", mesh.triangles.size());
+    const auto append = [&](const auto& value) { text.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    for (std::size_t n = 0; n < mesh.points.size(); ++n) {
+        for (const Vector3* v : {&mesh.points[n], &mesh.normals[n]}) {
+            for (const double x : *v) {
+                append(static_cast<float>(x));
+            }
+        }
+    }
+    for (const auto& triangle : mesh.triangles) {
+        text += '\3';
+        append(triangle);
+    }
+    write_file(path, text);
 }
 
 void write_pvd(const std::filesystem::path& path, std::span<const PvdFrame> frames) {

@@ -44,6 +44,7 @@ struct VtuGrid {
     std::span<const VtuObstacle> obstacles = {}; ///< as the field array "obstacles": the 16 numbers of each
     std::span<const double> mass = {};           ///< kg, one a point, or none
     std::span<const Vector3> reaction = {};      ///< N, one a point, or none
+    std::span<const Vector3> contact = {};       ///< likewise
     const VtuStress* stress = nullptr;           ///< or none
 };
 
@@ -70,6 +71,12 @@ struct VtpMesh {
 };
 inline constexpr std::string_view kVtpBeginning = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" ";
 void write_vtp(const std::filesystem::path& path, const VtpMesh& mesh);
+
+/// As Wavefront's .obj, in text, and as .ply in binary, little endian, in float.
+inline constexpr std::string_view kObjBeginning = "# triangles of a body, written by hybmss\n";
+inline constexpr std::string_view kPlyBeginning = "ply\nformat binary_little_endian 1.0\ncomment written by hybmss\n";
+void write_obj(const std::filesystem::path& path, const VtpMesh& mesh);
+void write_ply(const std::filesystem::path& path, const VtpMesh& mesh);
 
 /// The list of (time in s, file name) that ParaView opens as one animation.
 struct PvdFrame {

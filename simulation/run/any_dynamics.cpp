@@ -148,6 +148,14 @@ std::vector<Vector3> forces_of(const AnyDynamics& dynamics) {
     return forces;
 }
 
+std::vector<Vector3> contact_forces_of(const AnyDynamics& dynamics) {
+    return read(dynamics, [](const auto& d, const auto& out) {
+        if constexpr (requires { d.get_contact_forces(out); }) {
+            d.get_contact_forces(out);
+        }
+    });
+}
+
 std::vector<EffectEnergy> effect_energies_of(const AnyDynamics& dynamics) {
     return std::visit([](const auto& d) { return d.effect_energies(); }, dynamics);
 }

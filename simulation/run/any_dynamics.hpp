@@ -97,6 +97,9 @@ std::vector<Vector3> displacements_of(const AnyDynamics& dynamics);
 std::vector<Vector3> velocities_of(const AnyDynamics& dynamics);
 std::vector<Vector3> forces_of(const AnyDynamics& dynamics);
 
+/// N, one vector a node: what obstacles exert; zero where there is no contact.
+std::vector<Vector3> contact_forces_of(const AnyDynamics& dynamics);
+
 std::vector<EffectEnergy> effect_energies_of(const AnyDynamics& dynamics);
 std::vector<double> effect_memory_of(const AnyDynamics& dynamics);
 void set_effect_memory(AnyDynamics& dynamics, std::span<const double> memory);

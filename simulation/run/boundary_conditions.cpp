@@ -61,10 +61,6 @@ bool holds(AxisSet axes, std::size_t axis) {
     return (axes >> axis & 1) != 0;
 }
 
-std::string path_of(int by) {
-    return by < 0 ? "fix[" + std::to_string(-1 - by) + "].where" : "move[" + std::to_string(by) + "].where";
-}
-
 std::string line_of(const Scene& scene, const std::string& path) {
     const auto entry = scene.source.entries.find(path);
     return entry == scene.source.entries.end() ? path : "line " + std::to_string(entry->second.line);
@@ -75,6 +71,10 @@ std::string line_of(const Scene& scene, const std::string& path) {
 std::string where_text(const Scene& scene, const std::string& path) {
     const auto entry = scene.source.entries.find(path);
     return entry == scene.source.entries.end() ? path : entry->second.value;
+}
+
+std::string Supports::path_of(int by) {
+    return by < 0 ? "fix[" + std::to_string(-1 - by) + "].where" : "move[" + std::to_string(by) + "].where";
 }
 
 Ramp ramp(double time, double over) {
@@ -158,7 +158,7 @@ Supports::Supports(const Scene& scene, std::span<const Vector3> rest, std::span<
     std::set<std::uint32_t> fixed_nodes, moved_nodes;
     for (std::size_t f = 0; f < scene.fixes.size(); ++f) {
         const int by = -1 - static_cast<int>(f);
-        for (std::uint32_t n : nodes_of(scene, rest, scene.fixes[f].where, path_of(by))) {
+        for (std::uint32_t n : nodes_of(scene, rest, scene.fixes[f].where, Supports::path_of(by))) {
             fixed_nodes.insert(n);
             for (std::size_t a = 0; a < 3; ++a) {
                 held[n].by[a] = holds(scene.fixes[f].axes, a) ? by : held[n].by[a];
@@ -168,7 +168,7 @@ Supports::Supports(const Scene& scene, std::span<const Vector3> rest, std::span<
     // Fixes came first and never contradict each other, so a contradiction is always found at a move.
     for (std::size_t m = 0; m < moves_.size(); ++m) {
         const int by = static_cast<int>(m);
-        const std::vector<std::uint32_t> nodes = nodes_of(scene, rest, moves_[m].where, path_of(by));
+        const std::vector<std::uint32_t> nodes = nodes_of(scene, rest, moves_[m].where, Supports::path_of(by));
         centers_.push_back(rest_centroid(begin, nodes));
         end_of_motion_ = std::max(end_of_motion_, moves_[m].over);
         for (std::uint32_t n : nodes) {
@@ -179,9 +179,10 @@ Supports::Supports(const Scene& scene, std::span<const Vector3> rest, std::span<
                 }
                 int& holder = held[n].by[a];
                 if (holder != Held::kFree) {
-                    throw scene_error(scene, path_of(by),
+                    throw scene_error(scene, Supports::path_of(by),
                                       "node " + std::to_string(n) + " is held along " + "xyz"[a] + " already by " +
-                                          line_of(scene, path_of(holder)) + "; one axis of a node may be held once");
+                                          line_of(scene, Supports::path_of(holder)) +
+                                          "; one axis of a node may be held once");
                 }
                 holder = by;
             }
@@ -248,7 +249,7 @@ SharedSupports Supports::shared(const Scene& scene, std::span<const Vector3> res
                 entry->second = !std::includes(nodes.begin(), nodes.end(), its.begin(), its.end()) &&
                                 !std::includes(its.begin(), its.end(), nodes.begin(), nodes.end());
                 if (entry->second) {
-                    found.by.append(found.by.empty() ? "" : ", ").append(where_text(scene, path_of(by)));
+                    found.by.append(found.by.empty() ? "" : ", ").append(where_text(scene, Supports::path_of(by)));
                 }
             }
             is_shared = is_shared || crosses[by];
@@ -664,7 +665,7 @@ std::vector<Vector3> start_velocities(const Scene& scene, std::span<const Vector
                     scene, "start[" + std::to_string(given[n]) + (w == Vector3{} ? "].velocity" : "].angular_velocity"),
                     printed("node %u would begin with %g m/s along %c, where %s holds it; {of = ..., without = [...]} "
                             "leaves nodes out of where",
-                            n, v[a], "xyz"[a], line_of(scene, path_of(supports.holders()[h].by[a])).c_str()));
+                            n, v[a], "xyz"[a], line_of(scene, Supports::path_of(supports.holders()[h].by[a])).c_str()));
             }
             v[a] = held[h].velocity[a];
         }

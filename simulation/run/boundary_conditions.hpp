@@ -82,6 +82,8 @@ public:
         static constexpr int kFree = std::numeric_limits<int>::min();
         std::array<int, 3> by = {kFree, kFree, kFree};
     };
+    /// The region of one of those in the scene: "fix[0].where".
+    static std::string path_of(int by);
     /// Of the held nodes, entry by entry.
     std::span<const Held> holders() const { return held_; }
     /// `nodes` ascend.

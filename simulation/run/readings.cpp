@@ -262,6 +262,36 @@ std::vector<Vector3> Simulation::Implementation::reactions() const {
     return support_forces(nodal_forces(internal), supports.present(), supports.accelerations());
 }
 
+std::vector<SupportReading> Simulation::Implementation::support_readings() const {
+    const std::vector<Vector3> support = reactions(), u = displacements_of(dynamics);
+    const std::span<const PrescribedNode> held = supports.present();
+    const auto fixes = static_cast<int>(scene.fixes.size()), moves = static_cast<int>(scene.moves.size());
+    std::vector<SupportReading> readings;
+    for (int n = 0; n < fixes + moves; ++n) {
+        const bool is_fix = n < fixes;
+        const int by = is_fix ? -1 - n : n - fixes; // as Supports counts them
+        ProbeNodes nodes;
+        std::vector<Vector3> own(support.size(), Vector3{});
+        for (std::size_t i = 0; i < held.size(); ++i) {
+            const Supports::Held& holders = supports.holders()[i];
+            for (std::size_t a = 0; a < 3; ++a) {
+                own[held[i].node][a] = holders.by[a] == by ? support[held[i].node][a] : 0;
+            }
+            if (std::ranges::find(holders.by, by) != holders.by.end()) {
+                nodes.nodes.push_back(held[i].node);
+            }
+        }
+        nodes.centroid = rest_centroid(turned.empty() ? rest : positions(rest, turned), nodes.nodes);
+        const ProbeReading read = read_probe(nodes, rest, u, own, turned);
+        std::string where = where_text(scene, Supports::path_of(by));
+        if (where.starts_with('"')) { // the name of a face
+            where = where.substr(1, where.size() - 2);
+        }
+        readings.push_back({is_fix ? "fix" : "move", where, read.force, read.torque, nodes.nodes.size()});
+    }
+    return readings;
+}
+
 std::vector<CellStress> Simulation::Implementation::cell_stresses() const {
     const std::vector<std::array<std::uint32_t, 8>> corners = cell_nodes();
     std::vector<CellStress> stresses(corners.size());

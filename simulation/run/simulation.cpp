@@ -100,6 +100,10 @@ std::span<const double> Simulation::masses() const {
 std::vector<Vector3> Simulation::reactions() const {
     return implementation_->reactions();
 }
+
+std::vector<Vector3> Simulation::contact_forces() const {
+    return contact_forces_of(implementation_->dynamics);
+}
 std::vector<CellStress> Simulation::cell_stresses() const {
     return implementation_->cell_stresses();
 }
@@ -182,6 +186,9 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     }
     if (meter) {
         summary.balance = meter->balance();
+    }
+    if (scene.output.reaction) {
+        summary.supports = support_readings();
     }
     if (scene.output.stress) {
         summary.stress = stress_summary();

@@ -168,6 +168,7 @@ struct Simulation::Implementation {
     std::string blow_up(const Energies& energies) const;
     std::vector<ProbeReading> read_probes() const;
     std::vector<Vector3> reactions() const;
+    std::vector<SupportReading> support_readings() const;
     std::vector<CellStress> cell_stresses() const;
     StressSummary stress_summary() const;
     std::span<const double> masses() const;

@@ -1,5 +1,6 @@
 #include "simulation/scene/scene_body.hpp"
 
+#include "layouts/messages.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
 
@@ -7,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <utility>
 
 namespace hybmss {
@@ -77,6 +79,8 @@ LabelMaterials label_materials(const Scene& scene, const CellCounts& counts) {
                                       "; where there is more than one, each must have a [[label]] with its stiffness");
             }
             found.number[value] = 1;
+        } else if (!known[value] && value == 1 && scene.body.voxels.empty()) {
+            found.number[value] = 1; // what no label's surface encloses
         } else if (!known[value]) {
             throw scene_error(scene, body_key(scene.body),
                               "label " + std::to_string(value) + " (" + std::to_string(counts[value]) +
@@ -84,6 +88,59 @@ LabelMaterials label_materials(const Scene& scene, const CellCounts& counts) {
         }
     }
     return found;
+}
+
+/// What both are together where they share a cell, t of it the second: their moduli of shear and of volume add up, as
+/// those of springs side by side do.
+Material mixed(const Material& first, const Material& second, double t) {
+    const auto between = [t](double a, double b) { return a + t * (b - a); };
+    Material both = first;
+    both.density = between(first.density, second.density);
+    if (first.poisson_ratio == second.poisson_ratio) {
+        both.young_modulus = between(first.young_modulus, second.young_modulus);
+        return both;
+    }
+    const auto bulk = [](const Material& m) { return m.young_modulus / (3 * (1 - 2 * m.poisson_ratio)); };
+    const double k = between(bulk(first), bulk(second)), g = between(shear_modulus(first), shear_modulus(second));
+    both.young_modulus = 9 * k * g / (3 * k + g);
+    both.poisson_ratio = (3 * k - 2 * g) / (2 * (3 * k + g));
+    return both;
+}
+
+/// Gives the cells that labels' surfaces cut materials of their own. A label that is left out takes its part of what
+/// they have instead.
+void mix_inclusions(const Scene& scene, std::vector<std::uint8_t>& numbers, std::vector<Material>& materials,
+                    std::vector<float>& fills) {
+    constexpr std::size_t kWhole = 64;
+    const auto label_of = [&](std::size_t value) {
+        return std::ranges::find(scene.labels, value, [](const Label& label) { return std::size_t{label.value}; });
+    };
+    const auto base_label = label_of(1);
+    const Material base = base_label == scene.labels.end() ? scene.material : material_of(*base_label, scene.material);
+    std::map<std::pair<std::size_t, std::size_t>, std::uint8_t> known;
+    const SceneBody& body = scene.body;
+    for (std::size_t c = 0; c < body.inclusion.size(); ++c) {
+        const std::size_t value = body.inclusion[c], part = body.inclusion_part[c];
+        if (value == 0 || part == kWhole) {
+            continue;
+        }
+        const Label& label = *label_of(value);
+        if (label.young_modulus == 0) {
+            numbers[c] = 1;
+            fills[c] *= static_cast<float>(kWhole - part) / kWhole;
+            continue;
+        }
+        const auto [entry, is_new] = known.try_emplace({value, part}, std::uint8_t{0});
+        if (is_new) {
+            if (materials.size() == 255) {
+                throw scene_error(scene, "label[" + std::to_string(&label - scene.labels.data()) + "].surface",
+                                  "it makes too many materials of cells that are cut: three such labels always go");
+            }
+            materials.push_back(mixed(base, material_of(label, scene.material), static_cast<double>(part) / kWhole));
+            entry->second = static_cast<std::uint8_t>(materials.size());
+        }
+        numbers[c] = entry->second;
+    }
 }
 
 } // namespace
@@ -114,14 +171,19 @@ Lattice scene_lattice(const Scene& scene) {
     for (std::uint8_t label : body.labels) {
         ++counts[label];
     }
-    const LabelMaterials of = label_materials(scene, counts);
+    LabelMaterials of = label_materials(scene, counts);
     std::vector<std::uint8_t> numbers(body.labels.size());
     std::transform(body.labels.begin(), body.labels.end(), numbers.begin(),
                    [&](std::uint8_t label) { return of.number[label]; });
     if (std::all_of(numbers.begin(), numbers.end(), [](std::uint8_t number) { return number == 0; })) {
         throw scene_error(scene, body_key(body), "the body is empty: at least one cell must be filled");
     }
-    return Lattice::from_materials(nx, ny, nz, body.cell_size, numbers, of.materials, body.fills);
+    if (body.inclusion.empty()) {
+        return Lattice::from_materials(nx, ny, nz, body.cell_size, numbers, of.materials, body.fills);
+    }
+    std::vector<float> fills = body.fills;
+    mix_inclusions(scene, numbers, of.materials, fills);
+    return Lattice::from_materials(nx, ny, nz, body.cell_size, numbers, of.materials, fills);
 }
 
 namespace {
@@ -129,6 +191,15 @@ namespace {
 void read_voxel_body(Scene& scene, const std::filesystem::path& path) {
     VoxelGrid grid = read_voxels(path);
     SceneBody& body = scene.body;
+    if (grid.spacing) {
+        const auto& [dx, dy, dz] = *grid.spacing;
+        const double edge = body.cell_size > 0 ? body.cell_size : std::min({dx, dy, dz});
+        const std::string voxels = grid_text(grid.cells);
+        const std::string spacing = printed("%g x %g x %g m", dx, dy, dz);
+        grid = resampled(grid, edge);
+        body.resampled = printed("%s voxels of %s made %s cubes of %g m, each with the label at its centre",
+                                 voxels.c_str(), spacing.c_str(), grid_text(grid.cells).c_str(), edge);
+    }
     if (body.cell_size == 0) {
         if (!grid.cell_size) {
             throw std::runtime_error("it tells no size of its voxels, so body.cell_size must be given");
@@ -153,9 +224,9 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     body.place = scene.body.place;
     body.fractions = fractions;
     body.surface_volume = std::abs(enclosed_volume(surface));
-    if (scene.output.skin || std::any_of(scene.loads.begin(), scene.loads.end(), [](const Load& load) {
-            return load.kind == LoadKind::traction;
-        })) { // else it is of no use
+    if (scene.output.skin != SkinFile::none ||
+        std::any_of(scene.loads.begin(), scene.loads.end(),
+                    [](const Load& load) { return load.kind == LoadKind::traction; })) { // else it is of no use
         for (Vector3& vertex : surface.vertices) {
             for (std::size_t a = 0; a < 3; ++a) {
                 vertex[a] -= body.origin[a];
@@ -164,6 +235,43 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
         body.mesh = std::move(surface);
     }
     scene.body = std::move(body);
+}
+
+/// Gives the label to the cells inside its surface; of fractions what is inside of each.
+void read_label_surface(Scene& scene, const Label& label, const std::filesystem::path& path) {
+    SceneBody& body = scene.body;
+    if (body.labels.empty()) { // a full box
+        body.labels.assign(sample_bytes(body.cells, {.bytes = 1}), 1);
+    }
+    TriangleSurface surface = read_surface(path);
+    weld(surface);
+    const Orientation orientation = require_closed(surface);
+    std::size_t reached = 0;
+    if (!body.fractions) {
+        const std::vector<std::uint8_t> inside = centres_inside(surface, orientation, body);
+        for (std::size_t c = 0; c < inside.size(); ++c) {
+            if (inside[c] != 0 && body.labels[c] != 0) {
+                body.labels[c] = label.value;
+                ++reached;
+            }
+        }
+    } else {
+        const std::vector<float> parts = parts_inside(surface, orientation, body);
+        body.inclusion.resize(parts.size(), 0);
+        body.inclusion_part.resize(parts.size(), 0);
+        for (std::size_t c = 0; c < parts.size(); ++c) {
+            const long part = std::lround(64 * parts[c]);
+            if (part > 0 && body.labels[c] != 0) {
+                body.inclusion[c] = label.value;
+                body.inclusion_part[c] = static_cast<std::uint8_t>(part);
+                body.labels[c] = part >= 32 ? label.value : body.labels[c];
+                ++reached;
+            }
+        }
+    }
+    if (reached == 0) {
+        throw std::runtime_error("none of the body's cells is inside");
+    }
 }
 
 } // namespace
@@ -178,6 +286,21 @@ void read_body_files(Scene& scene) {
         }
     } catch (const std::runtime_error& error) {
         throw scene_error(scene, body_key(scene.body), error.what());
+    }
+    for (std::size_t l = 0; l < scene.labels.size(); ++l) {
+        const Label label = scene.labels[l];
+        if (label.surface.empty()) {
+            continue;
+        }
+        const std::string key = "label[" + std::to_string(l) + "].surface";
+        if (scene.body.size != Vector3{} && scene.body.cell_size == 0) {
+            throw scene_error(scene, key, "the cells of a box whose mesh is free have no labels");
+        }
+        try {
+            read_label_surface(scene, label, folder / label.surface);
+        } catch (const std::runtime_error& error) {
+            throw scene_error(scene, key, error.what());
+        }
     }
     for (std::size_t a = 0; a < 3; ++a) {
         scene.body.origin[a] += scene.body.place.translate[a];

@@ -52,7 +52,7 @@ constexpr Key<SceneBody> kBodyKeys[] = {
      "a full box with these edges, a whole number of cells; without `cell_size` its mesh is chosen by "
      "`solver.accuracy`",
      field<VectorFormat<double>, Unless0<&SceneBody::size>>},
-    {"voxels", "", words("the path of a NumPy (.npy) or NRRD file, from the scene's folder on"), "none",
+    {"voxels", "", words("the path of a NumPy (.npy), NRRD or NIfTI file, from the scene's folder on"), "none",
      "cells with a label above 0; the grid's low corner is the origin", field<TextFormat, Unless0<&SceneBody::voxels>>},
     {"surface", "", words("the path of an STL or OBJ file, from the scene's folder on"), "none",
      "cells whose centre lies inside the surface, in its own coordinates (m)",
@@ -62,8 +62,9 @@ constexpr Key<SceneBody> kBodyKeys[] = {
      "volume that is inside",
      field<ChoiceFormat, Unless0<&SceneBody::fractions>>},
     {"cell_size", "m", from(1e-6, 1e6, "at least 1e-6 and at most 1e6"),
-     "that of an NRRD file with spacings; free for a `size` with `solver.accuracy`; else required", "edge of a cell",
-     field<NumberFormat, Unless0<&SceneBody::cell_size>>},
+     "that of a file with spacings, the least of voxels that are no cubes; free for a `size` with `solver.accuracy`; "
+     "else required",
+     "edge of a cell", field<NumberFormat, Unless0<&SceneBody::cell_size>>},
     {"place", "",
      words("{translate = [x, y, z], rotate = {axis = \"x\", \"y\" or \"z\", degrees = angle}}, or one of both"), "none",
      "where the body begins", field<TableFormat<kPlace>, Placed>},
@@ -293,12 +294,15 @@ constexpr KeyTable<MaterialKeys> kMaterial = {"material", "One isotropic elastic
 
 constexpr Key<Label> kLabelKeys[] = {
     {"value", "", from(1, 255, "an integer from 1 to 255, different for each label"), "required",
-     "the label in the voxel file", member<&Label::value>},
+     "the label in the voxel file, or of what `surface` encloses", member<&Label::value>},
     {"young_modulus", "Pa", from(0, kNoBound, "0, or from 1e-6 to 1e6 times that of [material]"), "required",
      "Young's modulus of its cells; 0 leaves them out", member<&Label::young_modulus>},
     {"poisson_ratio", "", kPoissonRatio, "that of [material]", "nu of its cells; not with `springs = \"means\"`",
      member<&Label::poisson_ratio>},
     {"density", "kg/m^3", kDensity, "that of [material]", "of its cells", member<&Label::density>},
+    {"surface", "", words("the path of an STL or OBJ file, from the scene's folder on"), "none",
+     "gives the label to what of the body is inside; with `fill = \"fraction\"` cells that it cuts are mixed",
+     field<TextFormat, Unless0<&Label::surface>>},
 };
 
 void complete_label(const GivenTable& given, Label& label) {
@@ -633,17 +637,28 @@ constexpr Key<Output> kOutputKeys[] = {
      member<&Output::energy_balance>},
     {"mass", "", words("true or false"), "false", "`mass` of the nodes (kg) in the .vtu files", member<&Output::mass>},
     {"reaction", "", words("true or false"), "false",
-     "`reaction` of the nodes (N) in the .vtu files: the force of what fixes or moves them, 0 elsewhere",
+     "`reaction` of the nodes (N) in the .vtu files: the force of what fixes or moves them, 0 elsewhere; `contact`, "
+     "that "
+     "of obstacles; in the summary what each fix and move exerts",
      member<&Output::reaction>},
-    {"skin", "", words("true or false"), "false",
-     "triangles that move with the body in .vtp files: its `surface`, or the boundary of its cells",
-     member<&Output::skin>},
+    {"skin", "", words("true, false, \"vtp\", \"obj\" or \"ply\""), "false",
+     "triangles that move with the body in files of that kind, true: .vtp: its `surface`, or the boundary of its cells",
+     member_as<SkinFileFormat, &Output::skin>},
+    {"smooth", "", words("true or false"), "false",
+     "with `skin`, of a body without `surface`, or with its `fill` of fractions: the boundary of cells is smoothed",
+     member<&Output::smooth>},
     {"stress", "", words("true or false"), "false",
      "stress, strain and energy of the cells in the .vtu files, the greatest and the mean stress in the summary",
      member<&Output::stress>},
 };
+void complete_output(const GivenTable& given, Output& output) {
+    if (output.smooth && output.skin == SkinFile::none) {
+        given.refuse("smooth", "there is nothing to smooth; it must be given with skin");
+    }
+}
+
 constexpr KeyTable<Output> kOutput = {"output", "What `--out` holds, besides the summary and the last state.",
-                                      kOutputKeys};
+                                      kOutputKeys, complete_output};
 
 constexpr Key<Probe> kProbeKeys[] = {
     {"name", "", words("letters, digits, _ and -; different for each probe"), "required", "its name in the results",

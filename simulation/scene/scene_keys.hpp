@@ -111,6 +111,18 @@ struct ChoiceFormat {
     /// "" where there are not so many.
     static std::string_view word(const Range& range, int number);
 };
+/// Whether, and as what kind of file: a boolean, or a word of the range; true is the first of these.
+struct SkinFileFormat : ChoiceFormat {
+    static constexpr std::string_view kType = "boolean or string";
+    static int read(const Given& given) {
+        const bool* const flag = given.value.as<bool>();
+        return flag ? static_cast<int>(*flag) : 1 + ChoiceFormat::read(given);
+    }
+    static SceneValue write(SkinFile file, const Range& range) {
+        return file == SkinFile::none || file == SkinFile::vtp ? SceneValue{file == SkinFile::vtp}
+                                                               : ChoiceFormat::write(static_cast<int>(file) - 1, range);
+    }
+};
 /// One axis by its letter.
 struct AxisFormat : ChoiceFormat {
     static void check(const Check& check, int axis);

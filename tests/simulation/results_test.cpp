@@ -7,8 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <filesystem>
 #include <sstream>
 #include <vector>
 
@@ -380,10 +383,56 @@ TEST(VtuFields, mass_and_reaction_are_written_where_they_are_asked_for) {
         const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
         EXPECT_NEAR(plate, json["probes"]["plate"]["force"][1].get<double>(), 1e-9 * std::abs(plate));
         EXPECT_LT(plate, -100);
+        // Of each fix and move what its nodes' reactions sum up to.
+        ASSERT_EQ(json["supports"].size(), 2u);
+        EXPECT_EQ(json["supports"][1]["kind"], "move");
+        EXPECT_EQ(json["supports"][1]["where"], "y-max");
+        EXPECT_NEAR(json["supports"][1]["force"][1].get<double>(), plate, 1e-9 * std::abs(plate));
+        EXPECT_EQ(vtu.find("\"contact\""), std::string::npos); // there are no obstacles
     }
     test::write_text(directory.path() / "s.toml", test::small_scene());
     EXPECT_EQ(test::run_program("run s.toml --out r", directory.path()).exit_code, 0);
     EXPECT_EQ(test::read_text(directory.path() / "r/body_0000.vtu").find("\"mass\""), std::string::npos);
+}
+
+TEST(VtuFields, contact_forces_sum_up_to_what_obstacles_exert) {
+    const test::TemporaryDirectory directory;
+    for (const char* precision : {"float", "double"}) {
+        test::write_text(directory.path() / "s.toml",
+                         "[body]\ncells = [3, 3, 3]\ncell_size = 0.1\n[material]\n"
+                         "young_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\n"
+                         "[gravity]\nacceleration = [2, -9, 0]\n[damping]\nmass = 5\n"
+                         "[[obstacle]]\nname = \"floor\"\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\n"
+                         "friction = 0.1\n[[obstacle]]\nname = \"wall\"\n"
+                         "plane = {point = [0.31, 0, 0], normal = [-1, 0, 0]}\n"
+                         "[solver]\nduration = 1\n[output]\nreaction = true\n");
+        const auto run =
+            test::run_program("run s.toml --out r --force --precision " + std::string(precision), directory.path());
+        ASSERT_EQ(run.exit_code, 0) << run.errors;
+        const std::string vtu = test::read_text(directory.path() / "r/body_0001.vtu");
+        const std::vector<double> contact = vtu_array<double>(vtu, "contact"),
+                                  points = vtu_array<double>(vtu, "Points");
+        ASSERT_EQ(contact.size(), points.size());
+        std::array<double, 3> sum{}, expected{};
+        for (std::size_t n = 0; n < contact.size(); n += 3) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                sum[a] += contact[n + a];
+            }
+            EXPECT_TRUE(points[n + 1] <= 0 || contact[n + 1] == 0) << n; // the wall has no friction
+            EXPECT_TRUE(points[n + 1] <= 0 || points[n] >= 0.31 || contact[n] == 0) << n;
+        }
+        const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
+        for (const char* name : {"floor", "wall"}) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                expected[a] += json["obstacles"][name]["force"][a].get<double>();
+            }
+        }
+        EXPECT_GT(expected[1], 100);
+        EXPECT_LT(expected[0], -10);
+        for (std::size_t a = 0; a < 3; ++a) {
+            EXPECT_NEAR(sum[a], expected[a], (precision == std::string("float") ? 1e-5 : 1e-11) * expected[1]);
+        }
+    }
 }
 
 TEST(VtuFields, stress_is_written_where_it_is_asked_for) {
@@ -471,6 +520,67 @@ TEST(Skin, of_a_scene_is_the_boundary_of_its_cells_at_every_moment) {
     ASSERT_EQ(test::run_program("run s.toml --out r", directory.path()).exit_code, 0);
     EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin_0000.vtp"));
     EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin.pvd"));
+}
+
+TEST(Skin, is_the_same_in_every_kind_of_file) {
+    const test::TemporaryDirectory directory;
+    const auto run = [&](const std::string& lines) {
+        test::write_text(directory.path() / "s.toml", test::small_scene("every = 0.5", lines));
+        return test::run_program("run s.toml --out r", directory.path());
+    };
+    for (const std::string smooth : {"", "\nsmooth = true"}) {
+        ASSERT_EQ(run("skin = \"vtp\"" + smooth).exit_code, 0);
+        const std::string vtp = test::read_text(directory.path() / "r/skin_0001.vtp");
+        const std::vector<double> points = vtu_array<double>(vtp, "Points"),
+                                  normals = vtu_array<double>(vtp, "normals");
+        const std::vector<std::int32_t> triangles = vtu_array<std::int32_t>(vtp, "connectivity");
+
+        ASSERT_EQ(run("skin = \"obj\"" + smooth).exit_code, 0);
+        EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin_0001.vtp"));
+        EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin.pvd"));
+        std::istringstream obj(test::read_text(directory.path() / "r/skin_0001.obj"));
+        std::vector<double> v, vn;
+        std::vector<std::int32_t> f;
+        for (std::string line; std::getline(obj, line);) {
+            std::istringstream words(line);
+            std::string kind;
+            words >> kind;
+            for (std::string word; kind != "#" && words >> word;) {
+                if (kind == "f") {
+                    EXPECT_EQ(word, std::to_string(std::stoi(word)) + "//" + std::to_string(std::stoi(word)));
+                    f.push_back(std::stoi(word) - 1);
+                } else {
+                    (kind == "v" ? v : vn).push_back(std::stod(word));
+                }
+            }
+        }
+        EXPECT_EQ(f, triangles);
+        ASSERT_EQ(v.size(), points.size());
+        ASSERT_EQ(vn.size(), points.size());
+
+        ASSERT_EQ(run("skin = \"ply\"" + smooth).exit_code, 0);
+        EXPECT_FALSE(std::filesystem::exists(directory.path() / "r/skin_0001.obj"));
+        const std::string ply = test::read_text(directory.path() / "r/skin_0001.ply");
+        const std::size_t begin = ply.find("end_header\n") + 11, faces = begin + 24 * (points.size() / 3);
+        EXPECT_NE(ply.find("element vertex " + std::to_string(points.size() / 3) + "\n"), std::string::npos);
+        ASSERT_EQ(ply.size(), faces + 13 * (triangles.size() / 3));
+        for (std::size_t n = 0; n < points.size(); ++n) {
+            EXPECT_NEAR(v[n], points[n], 1e-8);
+            EXPECT_NEAR(vn[n], normals[n], 1e-8);
+            std::array<float, 2> read{};
+            std::memcpy(read.data(), ply.data() + begin + 24 * (n / 3) + 4 * (n % 3), 4);
+            std::memcpy(&read[1], ply.data() + begin + 24 * (n / 3) + 4 * (n % 3) + 12, 4);
+            EXPECT_EQ(read[0], static_cast<float>(points[n]));
+            EXPECT_EQ(read[1], static_cast<float>(normals[n]));
+        }
+        for (std::size_t n = 0; n < triangles.size(); ++n) {
+            std::int32_t vertex = 0;
+            std::memcpy(&vertex, ply.data() + faces + 13 * (n / 3) + 1 + 4 * (n % 3), 4);
+            EXPECT_EQ(vertex, triangles[n]);
+        }
+    }
+    EXPECT_NE(run("skin = \"stl\"").errors.find("vtp"), std::string::npos);
+    EXPECT_NE(run("smooth = true").errors.find("must be given with skin"), std::string::npos);
 }
 
 TEST(Skin, of_a_surface_is_its_mesh_less_what_is_cut_away_and_with_what_that_lays_bare) {

@@ -406,6 +406,95 @@ TEST_F(SurfaceFile, cut_bar_has_its_own_stiffness_mass_and_stress) {
     }
 }
 
+/// Parts of cells inside a second surface: also where it reaches out of the grid.
+TEST(Filled, parts_inside_another_surface_are_exact) {
+    TriangleSurface outer = box({0, 0, 0}, {1, 0.8, 0.6});
+    const SceneBody grid = filled_body(outer, 0.1);
+    const auto sum = [&](TriangleSurface inner) {
+        weld(inner);
+        const std::vector<float> parts = parts_inside(inner, require_closed(inner), grid);
+        EXPECT_EQ(parts.size(), grid.labels.size());
+        return std::accumulate(parts.begin(), parts.end(), 0.0) * 1e-3;
+    };
+    const TriangleSurface tumour = sphere(0.22, {0.45, 0.37, 0.31});
+    TriangleSurface welded = tumour;
+    weld(welded);
+    EXPECT_NEAR(sum(tumour), enclosed_volume(welded), 1e-6);
+    EXPECT_NEAR(sum(turned(tumour)), enclosed_volume(welded), 1e-6);
+    // Halves and eighths of a ball about the grid's faces and corners are inside.
+    for (const Vertex& centre : {Vertex{0.5, 0.4, 0}, {0.5, 0.4, 0.6}, {0, 0.4, 0.3}, {1, 0.4, 0.3}, {0.5, 0.8, 0.3}}) {
+        EXPECT_NEAR(sum(sphere(0.22, centre)), enclosed_volume(welded) / 2, 1e-5) << centre[0] << " " << centre[2];
+    }
+    EXPECT_NEAR(sum(sphere(0.22, {1, 0.8, 0.6})), enclosed_volume(welded) / 8, 1e-5);
+    EXPECT_NEAR(sum(box({-1, -1, -1}, {2, 2, 2})), 0.48, 1e-6);
+    EXPECT_EQ(sum(box({0.2, 0.2, 1}, {0.4, 0.4, 2})), 0); // above, and below
+    EXPECT_EQ(sum(box({0.2, 0.2, -2}, {0.4, 0.4, -1})), 0);
+}
+
+/// A bar of two materials side by side, parted within cells: E A is the sum of both, and so is the mass.
+TEST_F(SurfaceFile, cells_that_a_label_cuts_are_mixed) {
+    constexpr double kLength = 1, kPart = 0.2375; // of 0.5: the plane halves no cell
+    test::write_text(directory.path() / "bar.stl", binary_stl(box({0, 0, 0}, {0.5, kLength, 0.4})));
+    test::write_text(directory.path() / "in.stl", binary_stl(box({-1, -1, -1}, {kPart, 2, 2})));
+    const std::string body = "[body]\nsurface = \"bar.stl\"\ncell_size = 0.1\nfill = \"fraction\"\n";
+    const std::string rest =
+        "[material]\nyoung_modulus = 1e4\npoisson_ratio = 0.3\ndensity = 1000\nsprings = \"means\"\n"
+        "[[label]]\nvalue = 7\nsurface = \"in.stl\"\nyoung_modulus = 3e4\ndensity = 1200\n"
+        "[[fix]]\nwhere = \"y-min\"\n[[move]]\nwhere = \"y-max\"\ntranslate = [0, 1e-6, 0]\n"
+        "[solver]\nmethod = \"static\"\ntolerance = 1e-10\n[[probe]]\nname = \"plate\"\nwhere = \"y-max\"\n";
+    Simulation mixed(parse_scene(body + rest, directory.path() / "s.toml"));
+    const std::span<const double> masses = mixed.masses();
+    const double other = 0.5 - kPart, mass = 0.4 * kLength * (1200 * kPart + 1000 * other);
+    EXPECT_NEAR(std::accumulate(masses.begin(), masses.end(), 0.0), mass, 200 * 0.1 * 0.4 / 128);
+    const std::vector<std::uint8_t>& labels = mixed.scene().body.labels;
+    EXPECT_EQ(std::count(labels.begin(), labels.end(), 7), 2 * 10 * 4); // less than half of the third is inside
+    EXPECT_EQ(mixed.scene().body.inclusion_part[2], 24);                // 3/8
+    // A cell's modulus is the mean of both by their parts; of its scale by the volume.
+    const Lattice& lattice = mixed.lattice();
+    EXPECT_NEAR(lattice.cell_scale(0, 0, 0), 3, 1e-6);
+    EXPECT_NEAR(lattice.cell_scale(2, 5, 1), 1 + 2 * 0.375, 1e-6);
+    EXPECT_NEAR(lattice.cell_scale(3, 5, 1), 1, 1e-6);
+
+    // Of another Poisson's ratio the moduli of shear and volume are the means.
+    std::string bulky = body + rest;
+    bulky.replace(bulky.find("springs = \"means\""), 17, "");
+    bulky.replace(bulky.find("density = 1200"), 14, "poisson_ratio = 0.45");
+    const Lattice third = Simulation(parse_scene(bulky, directory.path() / "s.toml")).lattice();
+    const auto tissue = third.tissues()[third.cell_tissue(third.cell_index(2, 5, 1)) - 1];
+    const double g0 = 1e4 / 2.6, g1 = 3e4 / 2.9, k0 = 1e4 / 1.2, k1 = 3e4 / 0.3, g = g0 + 0.375 * (g1 - g0),
+                 k = k0 + 0.375 * (k1 - k0);
+    EXPECT_NEAR(third.cell_scale(2, 5, 1), g / g0, 1e-6);
+    EXPECT_NEAR(tissue.poisson_ratio, (3 * k - 2 * g) / (6 * k + 2 * g), 1e-12);
+
+    // A label without stiffness is a hole.
+    std::string hollow = body + rest;
+    hollow.replace(hollow.find("young_modulus = 3e4"), 19, "young_modulus = 0");
+    const Lattice less = Simulation(parse_scene(hollow, directory.path() / "s.toml")).lattice();
+    EXPECT_EQ(less.cell_scale(0, 0, 0), 0);
+    EXPECT_NEAR(less.cell_scale(2, 5, 1), 0.625, 1e-6);
+    EXPECT_NEAR(less.cell_fill(less.cell_index(2, 5, 1)), 0.625, 1e-6);
+
+    // Of a box, and of whole cells, by their centres.
+    const std::string whole = "[body]\ncells = [5, 10, 4]\ncell_size = 0.1\n";
+    const Lattice centres = Simulation(parse_scene(whole + rest, directory.path() / "s.toml")).lattice();
+    EXPECT_NEAR(centres.cell_scale(1, 5, 1), 3, 1e-6);
+    EXPECT_NEAR(centres.cell_scale(2, 5, 1), 1, 1e-6);
+
+    const auto refused = [&](std::string text, const char* from, const char* to) {
+        text.replace(text.find(from), std::strlen(from), to);
+        try {
+            const Simulation simulation(parse_scene(text, directory.path() / "s.toml"));
+            return std::string("accepted");
+        } catch (const SceneError& error) {
+            return std::string(error.what());
+        }
+    };
+    const std::string missing = refused(whole + rest, "in.stl", "no.stl");
+    EXPECT_NE(missing.find("label.surface = \"no.stl\": it cannot be read"), std::string::npos) << missing;
+    test::write_text(directory.path() / "far.stl", binary_stl(box({8, 8, 8}, {9, 9, 9})));
+    EXPECT_NE(refused(body + rest, "in.stl", "far.stl").find("none of the body's cells is inside"), std::string::npos);
+}
+
 /// What a traction of 1 Pa along an axis gives to nodes, their sum, and the sum of their places by it.
 struct Carried {
     std::vector<double> areas;

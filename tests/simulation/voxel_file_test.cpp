@@ -3,7 +3,10 @@
 #include "simulation/geometry/voxel_grid.hpp"
 #include "tests/simulation/files.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 namespace hybmss {
@@ -71,6 +74,94 @@ TEST(Nrrd, spacings_tell_the_cell_size) {
     EXPECT_DOUBLE_EQ(size("space directions: (3,4,0) (-4,3,0) (0,0,5)\r\n"), 5);
 }
 
+/// A NIfTI file, header and data, as a machine of that order writes it.
+struct Nifti {
+    std::string bytes;
+    bool big = false;
+
+    template <class Number>
+    Nifti& put(std::size_t place, Number value) {
+        std::array<char, sizeof(Number)> raw{};
+        std::memcpy(raw.data(), &value, raw.size());
+        if (big) {
+            std::reverse(raw.begin(), raw.end());
+        }
+        bytes.resize(std::max(bytes.size(), place + raw.size()), '\0');
+        std::copy(raw.begin(), raw.end(), bytes.begin() + static_cast<std::ptrdiff_t>(place));
+        return *this;
+    }
+    /// kShape's labels, less `intercept` and over `slope`.
+    template <class Number>
+    Nifti& put_labels(std::size_t place, double slope, double intercept) {
+        const std::string labels = samples(kShape, Layout::x_fastest, Values::uint8);
+        for (std::size_t n = 0; n < labels.size(); ++n) {
+            const double value = (static_cast<unsigned char>(labels[n]) - intercept) / slope;
+            put(place + n * sizeof(Number), static_cast<Number>(value));
+        }
+        return *this;
+    }
+};
+
+/// Version 1, without data, in millimetres.
+Nifti nifti(int type, bool big = false, const std::array<float, 3>& spacing = {2, 2, 2}) {
+    Nifti file{"", big};
+    file.put<std::int32_t>(0, 348).put<std::int16_t>(40, 3);
+    for (std::size_t a = 0; a < 3; ++a) {
+        file.put<std::int16_t>(42 + 2 * a, static_cast<std::int16_t>(kShape[a])).put<float>(80 + 4 * a, spacing[a]);
+    }
+    file.put<std::int16_t>(70, static_cast<std::int16_t>(type)).put<float>(108, 352).put<std::int8_t>(123, 2);
+    file.put<std::int32_t>(348, 0);
+    file.bytes.replace(344, 4, std::string("n+1\0", 4));
+    return file;
+}
+
+TEST(Nifti, fastest_axis_is_x_in_every_type_order_and_version) {
+    for (const bool big : {false, true}) {
+        expect_labels(parse_voxels(nifti(2, big).put_labels<std::uint8_t>(352, 1, 0).bytes));
+        expect_labels(parse_voxels(nifti(4, big).put_labels<std::int16_t>(352, 1, 0).bytes));
+        expect_labels(parse_voxels(nifti(512, big).put_labels<std::uint16_t>(352, 1, 0).bytes));
+        expect_labels(parse_voxels(nifti(8, big).put_labels<std::int32_t>(352, 1, 0).bytes));
+        expect_labels(parse_voxels(nifti(768, big).put_labels<std::uint32_t>(352, 1, 0).bytes));
+        expect_labels(parse_voxels(nifti(16, big).put_labels<float>(352, 1, 0).bytes));
+        expect_labels(parse_voxels(nifti(64, big).put_labels<double>(352, 1, 0).bytes));
+        const Nifti scaled =
+            nifti(4, big).put<float>(112, 0.5F).put<float>(116, -10).put_labels<std::int16_t>(352, 0.5, -10);
+        expect_labels(parse_voxels(scaled.bytes));
+        expect_labels(parse_voxels(gzipped(scaled.bytes)));
+        EXPECT_DOUBLE_EQ(parse_voxels(scaled.bytes).cell_size.value_or(0), 2e-3);
+
+        Nifti second{"", big};
+        second.put<std::int32_t>(0, 540).put<std::int16_t>(12, 2).put<std::int64_t>(16, 4).put<std::int64_t>(48, 1);
+        for (std::size_t a = 0; a < 3; ++a) {
+            second.put<std::int64_t>(24 + 8 * a, kShape[a]).put<double>(112 + 8 * a, a == 2 ? 3 : 1.5);
+        }
+        second.put<std::int64_t>(168, 544).put<std::int32_t>(500, 1).put<std::int32_t>(540, 0);
+        second.bytes.replace(4, 8, std::string("n+2\0\r\n\032\n", 8));
+        const VoxelGrid grid = parse_voxels(second.put_labels<std::uint8_t>(544, 1, 0).bytes);
+        expect_labels(grid);
+        EXPECT_FALSE(grid.cell_size);
+        EXPECT_EQ(grid.spacing.value(), (std::array<double, 3>{1.5, 1.5, 3}));
+    }
+}
+
+TEST(VoxelGrid, cubes_have_the_label_at_their_centre) {
+    const VoxelGrid grid = parse_voxels(nifti(2, false, {2, 2, 6}).put_labels<std::uint8_t>(352, 1, 0).bytes);
+    const VoxelGrid cubes = resampled(grid, 2e-3);
+    EXPECT_EQ(cubes.cells, (std::array<std::int64_t, 3>{4, 3, 15}));
+    EXPECT_EQ(cubes.cell_size.value(), 2e-3);
+    std::size_t cell = 0;
+    for (int k = 0; k < 15; ++k) {
+        for (int j = 0; j < 3; ++j) {
+            for (int i = 0; i < 4; ++i, ++cell) {
+                ASSERT_EQ(cubes.labels[cell], label_at(i, j, k / 3)) << i << " " << j << " " << k;
+            }
+        }
+    }
+    const VoxelGrid coarse = resampled(grid, 6e-3);
+    EXPECT_EQ(coarse.cells, (std::array<std::int64_t, 3>{1, 1, 5}));
+    EXPECT_EQ(coarse.labels[3], label_at(1, 1, 3));
+}
+
 struct BadFile {
     const char* name;
     std::string bytes;
@@ -133,10 +224,24 @@ const BadFile kBadFiles[] = {
      "each count must be at least 1"},
     {"NrrdCut", nrrd("", ""), "it is cut short: 0 bytes of values; 1 x 1 x 1 of 1 byte need 1"},
     {"NrrdLong", nrrd("", "12"), "it is too long"},
-    {"NrrdSlabs", nrrd("spacings: 1 1 3\n"), "voxels must be cubes"},
-    {"NrrdNanSpacing", nrrd("spacings: nan nan nan\n"), "voxels must be cubes"},
+    {"NrrdNanSpacing", nrrd("spacings: nan nan nan\n"), "three sizes above 0"},
     {"NrrdSheared", nrrd("space directions: (1,0,0) (0.1,1,0) (0,0,1)\n"), "the axes must be at right angles"},
     {"NrrdUnit", nrrd("spacings: 1 1 1\nunits: \"in\" \"in\" \"in\"\n"), "allowed are \"m\""},
+    {"NiftiNoHeader", "\x5c\x01", "it has no header"},
+    {"NiftiCut", nifti(2).bytes.substr(0, 300), "as NIfTI it is cut short: 300 bytes, its header has 348"},
+    {"NiftiPair", nifti(2).put<char>(345, 'i').bytes, "image and header must be in one file"},
+    {"NiftiNoNumber", nifti(2).put<std::int32_t>(0, 349).bytes, "its header is of neither 348 nor 540 bytes"},
+    {"NiftiComplex", nifti(32).bytes, "data type 32 is not supported; allowed are"},
+    {"NiftiShort", nifti(4).put_labels<std::uint8_t>(352, 1, 0).bytes,
+     "it is cut short: 60 bytes of values; 4 x 3 x 5 of 2 bytes need 120"},
+    {"NiftiTimes", nifti(2).put<std::int16_t>(40, 4).put<std::int16_t>(48, 7).bytes, "4 dimensions is not supported"},
+    {"NiftiNegative", nifti(2).put<std::int16_t>(44, -3).bytes, "each count must be at least 1"},
+    {"NiftiPlace", nifti(2).put<float>(108, 1e30F).bytes, "data at byte 1e+30 is not supported; it has 352 bytes"},
+    {"NiftiNanPlace", nifti(2).put<float>(108, std::nanf("")).bytes, "data at byte nan"},
+    {"NiftiSpacing", nifti(2).put<float>(84, 0).put_labels<std::uint8_t>(352, 1, 0).bytes, "all must be above 0"},
+    {"NiftiUnit", nifti(2).put<std::int8_t>(123, 5).put_labels<std::uint8_t>(352, 1, 0).bytes, "unit of length 5"},
+    {"NiftiHalf", nifti(16).put_labels<float>(352, 2, 0).bytes, "labels are whole numbers"},
+    {"NiftiNoGzip", std::string("\x1f\x8b no gzip at all"), "its gzip stream is damaged"},
     {"GzipNone", nrrd_header("uchar", {10, 10, 10}, "gzip"), "its gzip stream is cut short"},
     {"GzipCut", nrrd_header("uchar", {10, 10, 10}, "gzip") + kGzip.substr(0, kGzip.size() - 6), "cut short"},
     {"GzipNoGzip", nrrd_header("uchar", {10, 10, 10}, "gzip") + "no gzip at all",
@@ -150,7 +255,7 @@ const BadFile kBadFiles[] = {
 };
 
 VoxelGrid parse(const std::string& bytes) {
-    return bytes[0] == 'N' ? parse_nrrd(bytes) : parse_npy(bytes);
+    return bytes[0] == 'N' ? parse_nrrd(bytes) : bytes[0] == '\x93' ? parse_npy(bytes) : parse_nifti(bytes);
 }
 
 class BadVoxelFile : public testing::TestWithParam<BadFile> {};

@@ -88,10 +88,14 @@ struct SceneBody {
     bool fractions = false; ///< cells that the surface cuts have the part of their volume that is inside
     /// Where `fractions`: of each cell, the part of a whole one's stiffness and mass that it has.
     std::vector<float> fills = {};
+    /// Where `fractions` and labels have surfaces: of each cell the label whose surface reaches it, 0 for none, and the
+    /// part of the cell that is inside, in 64ths. Empty where there is none.
+    std::vector<std::uint8_t> inclusion = {}, inclusion_part = {};
     double surface_volume = 0; ///< m^3 inside the surface; 0 without one
     std::string voxels = {},
-                surface = {}; ///< the file that the labels come from, as the scene names it; "" where there is none
-    TriangleMesh mesh = {};   ///< of that surface, from the grid's low corner on; none unless a skin or a traction asks
+                surface = {};   ///< the file that the labels come from, as the scene names it; "" where there is none
+    std::string resampled = {}; ///< what became of voxels that are no cubes; "" of others
+    TriangleMesh mesh = {}; ///< of that surface, from the grid's low corner on; none unless a skin or a traction asks
     Place place = {};
     bool operator==(const SceneBody&) const = default;
 };
@@ -102,6 +106,7 @@ struct Label {
     double young_modulus = 1;                 ///< Pa; 0: these cells are left out
     std::optional<double> poisson_ratio = {}; ///< with springs on means, only that of the scene
     std::optional<double> density = {};       ///< kg/m^3
+    std::string surface = {}; ///< a file: cells inside get this label; "" where the body's own file tells
     bool operator==(const Label&) const = default;
 };
 
@@ -254,11 +259,15 @@ struct Solver {
     bool operator==(const Solver&) const = default;
 };
 
+/// What triangles are written as.
+enum class SkinFile { none, vtp, obj, ply };
+
 struct Output {
     std::optional<double> every; ///< s between results; by default only the first and the last state are written
     bool energy_balance = false; ///< works and losses are metered in every step
     bool mass = false, reaction = false; ///< arrays of the nodes in the .vtu files
-    bool skin = false;                   ///< a .vtp file beside each .vtu file
+    SkinFile skin = SkinFile::none;      ///< a file of triangles beside each .vtu file
+    bool smooth = false;                 ///< of cells: their smooth boundary
     bool stress = false;                 ///< arrays of cells and nodes there, and Summary::stress
     bool operator==(const Output&) const = default;
 };

@@ -47,6 +47,15 @@ struct ProbeReading {
     std::size_t shared_reaction_nodes = 0;
 };
 
+/// What one [[fix]] or [[move]] exerts on the body, on the axes that it holds alone.
+struct SupportReading {
+    std::string kind;                         ///< "fix" or "move"
+    std::string where;                        ///< as the scene has it
+    std::array<double, 3> force = {0, 0, 0};  ///< N
+    std::array<double, 3> torque = {0, 0, 0}; ///< N m, about its nodes' centroid where the body begins
+    std::size_t nodes = 0;
+};
+
 /// How far the body is from rest.
 struct Settlement {
     double residual = 0;      ///< largest unbalanced force on a free axis over the largest support force or weight
@@ -145,6 +154,7 @@ struct Summary {
     Energies energies;
     std::vector<ProbeReading> probes;
     std::vector<NamedObstacleReading> obstacles;
+    std::vector<SupportReading> supports;   ///< fixes, then moves, where the scene asks for reactions
     std::optional<EnergyBalance> balance;   ///< where the scene asks for it
     std::optional<AccuracyReport> accuracy; ///< of solve_to_accuracy()
     std::optional<StressSummary> stress;    ///< where the scene asks for it
@@ -236,6 +246,8 @@ public:
     std::span<const double> masses() const;
     /// N, one a node: the forces of what fixes and moves nodes, zero along free axes.
     std::vector<std::array<double, 3>> reactions() const;
+    /// N, one a node: what the obstacles exert, friction too. Zero where there are none.
+    std::vector<std::array<double, 3>> contact_forces() const;
     /// One a cell that is left, in the order of cell_nodes().
     std::vector<CellStress> cell_stresses() const;
     std::vector<NamedObstacleReading> obstacles() const;
