@@ -116,7 +116,9 @@ void check_skin(Subject<T>& subject, unsigned seed) {
     const Lattice& lattice = *subject.body.lattice;
     const double h = lattice.cell_size();
     std::mt19937 random(seed);
-    std::uniform_real_distribution<double> draw(0.01, 0.99);
+    // Multiples of 2^-20 of a cell, so that no digit is lost of where in its cell a vertex far from the origin is.
+    std::uniform_int_distribution<int> any(1, (1 << 20) - 1);
+    const auto draw = [&any](std::mt19937& from) { return std::ldexp(any(from), -20); };
     TriangleMesh mesh;
     const auto [nx, ny, nz] = lattice.cells();
     std::vector<std::array<int, 3>> cells; // of the vertices
@@ -144,8 +146,8 @@ void check_skin(Subject<T>& subject, unsigned seed) {
     double error = 0;
     for (std::size_t v = 0; v < x.size(); ++v) {
         const Vector3d at = Eigen::Map<const Vector3d>(mesh.vertices[v].data());
-        Vector3d expected = Vector3d::Zero();
-        Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+        Vector3d expected = at;
+        Eigen::Matrix3d gradient = Eigen::Matrix3d::Identity();
         for (int c = 0; c < 8; ++c) {
             const std::array<int, 3> corner = {cells[v][0] + (c & 1), cells[v][1] + (c >> 1 & 1),
                                                cells[v][2] + (c >> 2)};
@@ -157,9 +159,9 @@ void check_skin(Subject<T>& subject, unsigned seed) {
             }
             const std::size_t node = lattice.grid_node_index(corner[0], corner[1], corner[2]);
             const auto number = std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin();
-            const Vector3d place = h * Vector3d(corner[0], corner[1], corner[2]) + u[static_cast<std::size_t>(number)];
-            expected += weight.prod() * place;
-            gradient += place * Vector3d(slope[0] * weight[1] * weight[2], weight[0] * slope[1] * weight[2],
+            const Vector3d& moved = u[static_cast<std::size_t>(number)];
+            expected += weight.prod() * moved;
+            gradient += moved * Vector3d(slope[0] * weight[1] * weight[2], weight[0] * slope[1] * weight[2],
                                          weight[0] * weight[1] * slope[2])
                                     .transpose();
         }
