@@ -101,8 +101,8 @@ const BadLine kBadLines[] = {
      "s.toml:12:18: move.rotate.axis = \"w\": it must be \"x\", \"y\" or \"z\""},
     {"TranslateInfinite", "translate = [0, -0.1, 0]", "translate = [0, inf, 0]", "s.toml:12:13: move.translate"},
     {"UnknownMethod", "method = \"symplectic-euler\"", "method = \"midpoint\"",
-     "s.toml:17:10: solver.method = \"midpoint\": it must be \"symplectic-euler\", \"leapfrog\", \"backward-euler\" or "
-     "\"static\""},
+     "s.toml:17:10: solver.method = \"midpoint\": it must be \"symplectic-euler\", \"leapfrog\", \"backward-euler\", "
+     "\"static\", \"modes\" or \"buckling\""},
     {"MissingDuration", "duration = 30", "", "s.toml:16:1: solver.duration: missing; it must be at least 1e-15"},
     {"ZeroLoadSteps", "method = \"symplectic-euler\"", "load_steps = 0",
      "s.toml:17:14: solver.load_steps = 0: it must be an integer, at least 1"},
