@@ -80,10 +80,10 @@ double active_share(const Lattice& lattice) {
 }
 
 template <class T>
-LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, int width) {
+LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, int width, int axes_width) {
     LatticeArrays<T> a;
     a.width = static_cast<std::size_t>(width);
-    a.axes = count_active_lanes(lattice, a.width).axes;
+    a.axes = count_active_lanes(lattice, static_cast<std::size_t>(axes_width > 0 ? axes_width : width)).axes;
     a.cell_size = lattice.cell_size();
     const VectorGrid grid(lattice, a.axes, a.width);
     a.planes = grid.planes();
@@ -140,7 +140,7 @@ LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, i
     return a;
 }
 
-template LatticeArrays<float> active_rows(const Lattice&, const Material&, int);
-template LatticeArrays<double> active_rows(const Lattice&, const Material&, int);
+template LatticeArrays<float> active_rows(const Lattice&, const Material&, int, int);
+template LatticeArrays<double> active_rows(const Lattice&, const Material&, int, int);
 
 } // namespace hybmss

@@ -147,12 +147,12 @@ std::vector<LatticeAxes> axes_by_cost(const Lattice& lattice, bool shared);
 /// lie along x, or along another axis where that stores at most 4/5 of the vectors: then every node is a run of its
 /// own, 32 bytes.
 ///
-/// `width`: lanes of the kernels' vectors.
+/// `width`: lanes of the kernels' vectors. `axes_width`: those for which the axes are chosen, where not the same.
 template <class T>
-LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, int width);
+LatticeArrays<T> active_rows(const Lattice& lattice, const Material& material, int width, int axes_width = 0);
 
-extern template LatticeArrays<float> active_rows(const Lattice&, const Material&, int);
-extern template LatticeArrays<double> active_rows(const Lattice&, const Material&, int);
+extern template LatticeArrays<float> active_rows(const Lattice&, const Material&, int, int);
+extern template LatticeArrays<double> active_rows(const Lattice&, const Material&, int, int);
 
 /// The lanes that active rows of the given width store, and the axes along which they store the fewest.
 struct ActiveLanes {

@@ -19,17 +19,20 @@ namespace {
 /// enough. A power of two, so that two, four and eight threads get equal shares: of the lanes that the layers sweep, as
 /// near as layers allow.
 template <class T>
-std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t grid_nodes, bool one_tile) {
+std::vector<std::size_t> divide_into_slabs(const LatticeArrays<T>& layout, std::size_t grid_nodes,
+                                           const PlanOptions& options) {
     const std::size_t layers = layout.planes - 1;
-    const std::size_t nodes = layout.neighbors.empty() ? grid_nodes : layout.size(); // that are swept
+    // Those that are swept; but at `exact` slabs, and so the order of sums, must not hang on a vector's width.
+    const bool exact = options.accuracy == Accuracy::exact;
+    const std::size_t nodes = layout.neighbors.empty() ? grid_nodes : exact ? layout.masses.size() : layout.size();
     const std::size_t of_use = std::clamp<std::size_t>(1 + nodes / kNodesPerThread, 2, 16);
-    const std::size_t slabs = one_tile ? 1 : std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
+    const std::size_t slabs = options.one_tile ? 1 : std::bit_floor(std::clamp<std::size_t>(layers / 3, 1, of_use));
     const std::size_t all = layout.begin[layers] - layout.begin[0];
     std::vector<std::size_t> begin = {0};
     for (std::size_t s = 1; s < slabs; ++s) {
         const auto share =
             std::upper_bound(layout.begin.begin(), layout.begin.end(), layout.begin[0] + all * s / slabs);
-        const auto layer = static_cast<std::size_t>(share - layout.begin.begin()) - 1;
+        const auto layer = exact ? layers * s / slabs : static_cast<std::size_t>(share - layout.begin.begin()) - 1;
         begin.push_back(std::clamp(layer, begin.back() + 1, layers - (slabs - s)));
     }
     begin.push_back(layers);
@@ -52,13 +55,16 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
     : Body<T>(options, lattice.grid_node_count(), kernel_volume(lattice, material),
               lattice_frequencies(lattice, material), material.stiffening, material.crush.any(),
               has_own_volumes(lattice, material)),
-      layout_(rows.active ? active_rows<T>(lattice, material, kernel_table().width)
-                          : flat_rows<T>(lattice, material, rows.axes)),
+      // At `exact` the axes, and so the order of sums, must not hang on the instruction set.
+      layout_(rows.active
+                  ? active_rows<T>(lattice, material, kernel_table().width,
+                                   options.accuracy == Accuracy::exact ? static_cast<int>(kernels::kMaxWidth) : 0)
+                  : flat_rows<T>(lattice, material, rows.axes)),
       material_(material), active_(rows.active), means_(material.springs == SpringForm::means),
       face_diagonals_(material.face_diagonal_ratio > 0),
       mean_constants_(mean_constants<T>(spring_constants(material, lattice.cell_size()),
                                         pattern_constants(material, lattice.cell_size()))),
-      slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options.one_tile)),
+      slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options)),
       springs_(springs_of(lattice, material).total()), cells_(lattice.cell_count()) {}
 
 template <class T>
