@@ -146,6 +146,6 @@ void move_skin(const SkinVertices<Scalar<V>>& skin, Range begin, Range end) {
 
 } // namespace
 
-HYBMSS_DEFINE_KERNEL(move_skin);
+HYBMSS_DEFINE_COMMON_KERNEL(move_skin);
 
 } // namespace hybmss::kernels
