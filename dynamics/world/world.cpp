@@ -451,6 +451,156 @@ std::size_t World<T>::remove_cells(std::size_t body, Lattice& lattice, std::span
     return removed;
 }
 
+namespace {
+
+/// Of each cell the number of its part: cells that have a node in common, directly or by others, are of one. Numbered
+/// by their first cells; returns how many.
+std::size_t find_parts(const BodyCells& cells, std::vector<std::size_t>& part_of) {
+    constexpr std::size_t kNoPart = std::numeric_limits<std::size_t>::max();
+    part_of.assign(cells.corners.size(), kNoPart);
+    std::size_t parts = 0;
+    std::vector<std::size_t> found;
+    for (std::size_t first = 0; first < part_of.size(); ++first) {
+        if (part_of[first] != kNoPart) {
+            continue;
+        }
+        part_of[first] = parts;
+        found.assign(1, first);
+        while (!found.empty()) {
+            const std::size_t cell = found.back();
+            found.pop_back();
+            for (const std::uint32_t node : cells.corners[cell]) {
+                for (std::uint32_t i = cells.first_cell_of[node]; i < cells.first_cell_of[node + 1]; ++i) {
+                    if (std::size_t& part = part_of[cells.cells_of[i]]; part == kNoPart) {
+                        part = parts;
+                        found.push_back(cells.cells_of[i]);
+                    }
+                }
+            }
+        }
+        ++parts;
+    }
+    return parts;
+}
+
+} // namespace
+
+template <class T>
+std::vector<BodyPart> World<T>::split_parts(std::size_t body, Lattice& lattice,
+                                            const std::function<ExplicitDynamics<T>(const Lattice&)>& make) {
+    Implementation& i = *implementation_;
+    i.require(body);
+    const std::string whose = "body " + std::to_string(body);
+    if (!i.bodies[body].numbers) {
+        refuse(whose + " is a network: only bodies of a lattice are split");
+    }
+    const NodeNumbers& numbers = *i.bodies[body].numbers;
+    WorldBody<T>& whole = *i.bodies[body].nodes;
+    std::vector<std::uint32_t> cells; // of the lattice, as whole.cells has them
+    for (std::size_t c = 0; c < lattice.cell_scales().size(); ++c) {
+        if (lattice.cell_scales()[c] > 0) {
+            cells.push_back(static_cast<std::uint32_t>(c));
+        }
+    }
+    if (cells.size() != whole.cells.corners.size() ||
+        lattice.grid_node_count() <= numbers.grid_node(static_cast<std::uint32_t>(whole.rest.size() - 1)) ||
+        cell_corners(lattice, numbers) != whole.cells.corners) {
+        refuse("the lattice is not the one of " + whose + " as it is now");
+    }
+    std::vector<std::size_t> part_of;
+    const std::size_t parts = find_parts(whole.cells, part_of);
+    std::vector<std::size_t> sizes(parts, 0);
+    for (const std::size_t part : part_of) {
+        ++sizes[part];
+    }
+    const auto stays = static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+
+    std::vector<ExplicitDynamics<T>> made; // before anything changes
+    std::vector<BodyPart> split;
+    std::vector<std::uint32_t> lost;
+    for (std::size_t part = 0; part < parts; ++part) {
+        if (part == stays) {
+            continue;
+        }
+        std::vector<std::array<int, 3>> others;
+        for (std::size_t c = 0; c < cells.size(); ++c) {
+            if (part_of[c] == part) {
+                lost.push_back(cells[c]);
+            } else {
+                const std::array<int, 3>& n = lattice.cells();
+                const int at = static_cast<int>(cells[c]);
+                others.push_back({at % n[0], at / n[0] % n[1], at / n[0] / n[1]});
+            }
+        }
+        BodyPart& one = split.emplace_back(BodyPart{i.bodies.size() + split.size(), lattice});
+        one.lattice.remove_cells(others);
+        made.push_back(make(one.lattice));
+        if (made.back().node_count() != one.lattice.nodes().size()) {
+            refuse("a body of " + std::to_string(made.back().node_count()) + " nodes was made for a part of " + whose +
+                   " that has " + std::to_string(one.lattice.nodes().size()));
+        }
+    }
+    if (split.empty()) {
+        return split;
+    }
+    const ExplicitDynamics<T>& before = i.bodies[body].dynamics();
+    std::vector<T> places(3 * before.node_count()), speeds(places.size());
+    before.get_displacements(VectorField<T>::aos(places.data(), before.node_count()));
+    before.get_velocities(VectorField<T>::aos(speeds.data(), before.node_count()));
+    const Point origin = plus(whole.rest[0], -1, lattice.rest_position(numbers.grid_node(0)));
+    for (std::size_t p = 0; p < split.size(); ++p) {
+        const std::vector<std::uint32_t> nodes = split[p].lattice.nodes();
+        std::vector<T> u, v;
+        std::vector<std::uint32_t> number(whole.rest.size(), 0), here(whole.rest.size(), 0);
+        for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+            const std::uint32_t was = numbers.of(nodes[n]);
+            number[was] = n;
+            here[was] = 1;
+            for (std::size_t a = 0; a < 3; ++a) {
+                u.push_back(places[3 * was + a]);
+                v.push_back(speeds[3 * was + a]);
+            }
+        }
+        made[p].set_displacements(VectorField<const T>::aos(u.data(), nodes.size()));
+        made[p].set_velocities(VectorField<const T>::aos(v.data(), nodes.size()));
+        const std::size_t added = i.add({.own = std::move(made[p])}, split[p].lattice, origin);
+        for (auto& tie : i.ties) {
+            for (auto [point, anchor] : {std::pair{&tie.from, &tie.given.from}, std::pair{&tie.to, &tie.given.to}}) {
+                if (point->body == &whole && here[point->nodes[0]]) {
+                    point->body = i.bodies[added].nodes.get();
+                    anchor->body = added;
+                    for (std::size_t n = 0; n < point->count; ++n) {
+                        point->nodes[n] = number[point->nodes[n]];
+                    }
+                }
+            }
+        }
+    }
+    remove_cells(body, lattice, lost);
+    std::vector<BodyContact> as_before;
+    for (const PairContact<T>& pair : i.pairs) {
+        as_before.push_back(pair.spec());
+    }
+    const auto touch = [&](BodyContact contact, std::size_t first, std::size_t second) {
+        contact.first = first;
+        contact.second = second;
+        i.pairs.emplace_back(contact, *i.bodies[first].nodes, *i.bodies[second].nodes);
+    };
+    for (const BodyContact& contact : as_before) {
+        const bool first = contact.first == body, second = contact.second == body;
+        for (std::size_t p = 0; (first || second) && p < split.size(); ++p) {
+            const std::size_t part = split[p].body;
+            touch(contact, first ? part : contact.first, second ? part : contact.second);
+            for (std::size_t q = 0; first && second && q <= p; ++q) {
+                touch(contact, q == 0 ? body : split[q - 1].body, part);
+            }
+        }
+    }
+    i.colours.clear();
+    i.until_look = 0;
+    return split;
+}
+
 template <class T>
 void World<T>::set_contacts(std::span<const BodyContact> contacts) {
     Implementation& i = *implementation_;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -55,6 +56,12 @@ struct Attachment {
     double stiffness = std::numeric_limits<double>::infinity();
 };
 
+/// A part of a body that is one of its own now.
+struct BodyPart {
+    std::size_t body; ///< its number in the world
+    Lattice lattice;  ///< its cells, on the grid that they had before: for remove_cells()
+};
+
 /// Bodies that are stepped together. T is float or double.
 ///
 /// In a step every body takes its own, with what it alone has to do with: loads, prescribed nodes, obstacles, effects.
@@ -98,6 +105,17 @@ public:
     /// laid bare are touched, in time proportional to the body. Attachments let go of nodes that no cell touches any
     /// more, and are taken away with their last one.
     std::size_t remove_cells(std::size_t body, Lattice& lattice, std::span<const std::uint32_t> cells);
+
+    /// Makes bodies of their own of the parts of a body of cells that have no node in common, as cuts leave them; the
+    /// part of the most cells stays the body. Each has the places and velocities that its nodes had; attachments go
+    /// with their nodes, each part touches what the body touched, and where that touched itself they touch each other.
+    /// What holds, loads or damps a part, and its obstacles, is for `make` to set: it is called for each part with a
+    /// lattice of that part's cells alone, on the same grid, and returns a body of the same material. `lattice` is the
+    /// body's, and loses the cells of the others. In time proportional to the body for each part. Throws
+    /// std::invalid_argument for a network, another lattice and a body not made of what `make` was given; then nothing
+    /// has changed.
+    std::vector<BodyPart> split_parts(std::size_t body, Lattice& lattice,
+                                      const std::function<ExplicitDynamics<T>(const Lattice&)>& make);
 
     /// Replaces the contacts, and forgets what friction held. Throws std::invalid_argument for a body that is not
     /// there, two bodies named twice, and values that the struct does not allow.

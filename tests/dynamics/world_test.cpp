@@ -209,6 +209,86 @@ TYPED_TEST(WorldOf, threads_and_calls_do_not_change_a_bit) {
     }
 }
 
+/// Turned cubes dropped into a box pile up and come to rest: none is pushed through another or through a wall, energy
+/// goes down alone, and all that is the same bits for any number of threads.
+TEST(World, what_is_dropped_into_a_box_comes_to_rest) {
+    constexpr int kAcross = 4, kBodies = 12;
+    constexpr double kCell = 0.1 / kAcross, kPitch = 0.15, kWide = 2 * kPitch, kGravity = 9.81;
+    const Lattice lattice = Lattice::box(kAcross, kAcross, kAcross, kCell);
+    Material material{.young_modulus = 1e5, .poisson_ratio = 0.3, .density = 1000};
+    material.crush.stiffness = 20; // they hit each other at a quarter of the speed of sound in them
+    std::vector<std::uint64_t> all;
+    for (const int threads : {1, 2, 8}) {
+        World<float> world(threads);
+        std::vector<BodyContact> contacts;
+        for (int b = 0; b < kBodies; ++b) {
+            const std::size_t body =
+                world.add(ExplicitDynamics<float>(lattice, material, one_thread<float>()), lattice);
+            // About an axis and by an angle of its own.
+            const double angle = 0.7 * std::sin(3.1 * b + 1), c = std::cos(angle), s = std::sin(angle);
+            const std::array<double, 9> about = b % 2 == 0 ? std::array<double, 9>{c, -s, 0, s, c, 0, 0, 0, 1}
+                                                           : std::array<double, 9>{1, 0, 0, 0, c, -s, 0, s, c};
+            Vector position = {(b % 2 + 0.5) * kPitch, 0.1 + 0.15 * (b / 4), (b / 2 % 2 + 0.5) * kPitch};
+            for (std::size_t a = 0; a < 3; ++a) { // its middle is there
+                position[a] -= 0.05 * (about[3 * a] + about[3 * a + 1] + about[3 * a + 2]);
+            }
+            world.place(body, {.position = position, .rotation = about});
+            std::vector<Obstacle> walls;
+            const auto add_wall = [&](const Vector& normal, const Vector& at) {
+                walls.push_back({.shape = PlaneShape{normal}, .pose = {.position = at}, .friction = 0.5});
+            };
+            add_wall({0, 1, 0}, {0, 0, 0});
+            add_wall({1, 0, 0}, {0, 0, 0});
+            add_wall({-1, 0, 0}, {kWide, 0, 0});
+            add_wall({0, 0, 1}, {0, 0, 0});
+            add_wall({0, 0, -1}, {0, 0, kWide});
+            world.body(body).set_obstacles(surface_nodes(lattice), walls);
+            for (std::size_t other = 0; other < body; ++other) {
+                contacts.push_back({.first = other, .second = body, .friction = 0.5});
+            }
+        }
+        world.set_contacts(contacts);
+        const auto height = [&] { // m kg: of the middle, by the mass
+            double sum = 0;
+            for (std::size_t b = 0; b < world.body_count(); ++b) {
+                sum += mass_of(world.body(b)) * mean(world.body(b), false)[1];
+            }
+            return sum;
+        };
+        const double step = 0.5 * world.critical_time_step();
+        double before = energy(world) + kGravity * height();
+        const double whole = kGravity * mass_of(world.body(0)) * kBodies * 0.1; // J: to lift them by a cube
+        for (int i = 0; i < 30; ++i) {
+            world.step({step, {0, -kGravity, 0}, 2}, std::lround(0.1 / step));
+            const double now = energy(world) + kGravity * height();
+            EXPECT_LT(now, before + 1e-4 * whole) << i;
+            before = now;
+        }
+        double depth = 0, kinetic = 0;
+        for (const BodyContactReading& reading : world.contact_readings()) {
+            depth = std::max(depth, reading.depth);
+        }
+        EXPECT_GT(depth, 0);
+        EXPECT_LT(depth, 0.1 * kCell);
+        for (std::size_t b = 0; b < world.body_count(); ++b) {
+            kinetic += world.body(b).kinetic_energy();
+            const std::vector<double> u = read(world.body(b), false);
+            const std::vector<std::uint32_t> nodes = lattice.nodes();
+            for (std::size_t n = 0; n < nodes.size(); ++n) {
+                for (std::size_t a = 0; a < 3; ++a) {
+                    const double x = lattice.rest_position(nodes[n])[a] + u[3 * n + a];
+                    EXPECT_GT(x, -0.1 * kCell);
+                    EXPECT_LT(x, (a == 1 ? 1 : kWide) + 0.1 * kCell);
+                }
+            }
+        }
+        EXPECT_LT(kinetic, 1e-4 * whole);
+        all.push_back(bits(world));
+    }
+    EXPECT_EQ(all[1], all[0]);
+    EXPECT_EQ(all[2], all[0]);
+}
+
 /// Three boxes on a held plate: each contact carries what lies above it.
 TYPED_TEST(WorldOf, a_stack_carries_its_weight) {
     World<TypeParam> world;
@@ -503,6 +583,76 @@ TEST(World, points_of_one_cell_are_welded_exactly) {
     EXPECT_NEAR(at(0.3), at(0.6), 1e-12);
 }
 
+/// A bar that is cut in three hangs by a tie: as it moves as one body whose parts have nothing in common, so it moves
+/// as three. And they fall on a plate, as it would.
+TYPED_TEST(WorldOf, parts_that_were_cut_off_move_on_as_bodies) {
+    const Vector origin = {0.01, kEdge, 0.02}, tied = {1.5 * kEdge + 0.01, 2 * kEdge, kEdge / 2 + 0.02};
+    for (const double height : {1.0, 0.02}) {
+        World<TypeParam> one, several;
+        std::vector<Lattice> bars(2, Lattice::box(9, 1, 1, kEdge));
+        const auto set_up = [&](World<TypeParam>& world, Lattice& bar) {
+            add_box(world, {10, 1, 3}, {0, 0, -kEdge}, kFirm);
+            world.add(ExplicitDynamics<TypeParam>(bar, kSoft), bar, origin);
+            world.set_contacts(std::array{BodyContact{.first = 0, .second = 1, .friction = 0.3}, BodyContact{1, 1}});
+            world.attach({{1, tied}, {{}, {tied[0], tied[1] + height, tied[2]}}, 1e4});
+            world.place(1, {.position = {0, height, 0}, .velocity = {0, -0.3, 0}, .angular_velocity = {0.1, 0, 0.2}});
+            world.step({0.3 * world.critical_time_step()}, 10);
+            world.remove_cells(1, bar, std::array<std::uint32_t, 2>{2, 6});
+        };
+        set_up(one, bars[0]);
+        set_up(several, bars[1]);
+        const auto momentum = [&](World<TypeParam>& world, std::span<const BodyPart> parts) {
+            Momentum sum;
+            add_momentum(world.body(1), Lattice::box(9, 1, 1, kEdge), origin, sum); // with the masses of now
+            for (const BodyPart& part : parts) {
+                add_momentum(world.body(part.body), part.lattice, origin, sum);
+            }
+            return sum;
+        };
+        const Momentum before = momentum(several, {});
+        const auto make = [](const Lattice& part) { return ExplicitDynamics<TypeParam>(part, kSoft); };
+        const std::vector<BodyPart> parts = several.split_parts(1, bars[1], make);
+        ASSERT_EQ(parts.size(), 2u);
+        EXPECT_EQ(several.body_count(), 4u);
+        EXPECT_EQ(bars[1].cell_count(), 3u); // those in the middle: cells 3, 4, 5
+        EXPECT_EQ(parts[0].lattice.cell_count(), 2u);
+        EXPECT_EQ(parts[1].lattice.cell_scale(7, 0, 0), 1);
+        EXPECT_EQ(several.contact_readings().size(), 2u + 2 + 2 + 3); // the plate's, each its own, each other
+        const double rounding = std::is_same_v<TypeParam, float> ? 1e-6 : 1e-15;
+        const Momentum after = momentum(several, parts);
+        for (std::size_t a = 0; a < 3; ++a) {
+            EXPECT_NEAR(after.linear[a], before.linear[a], rounding * mass_of(one.body(1)));
+            EXPECT_NEAR(after.angular[a], before.angular[a], rounding * mass_of(one.body(1)));
+        }
+        EXPECT_TRUE(several.split_parts(1, bars[1], make).empty());
+        const StepParameters step{0.3 * one.critical_time_step(), {0, -5, 0}};
+        const long steps = height < 0.1 ? 500 : 100;
+        one.step(step, steps);
+        several.step(step, steps);
+        if (height < 0.1) { // the last part lies on the plate now, the one before hangs
+            const BodyContactReading on_plate = several.contact_readings().at(3);
+            EXPECT_LT(on_plate.impulse[1], 0);
+            EXPECT_LT(on_plate.greatest_depth, 0.2 * kEdge);
+            continue;
+        }
+        const std::vector<double> all = read(one.body(1), false);
+        const double close = std::is_same_v<TypeParam, float> ? 1e-5 : 1e-13;
+        for (const BodyPart& part : parts) {
+            const std::vector<double> u = read(several.body(part.body), false);
+            const std::vector<std::uint32_t> nodes = part.lattice.nodes();
+            EXPECT_EQ(nodes.size(), 12u);
+            for (std::size_t n = 0; n < nodes.size(); ++n) {
+                for (std::size_t a = 0; a < 3; ++a) {
+                    EXPECT_NEAR(u[3 * n + a], all[3 * nodes[n] + a], close);
+                }
+            }
+        }
+        const double pull = one.attachment_force(0)[1];
+        EXPECT_GT(std::abs(pull), 1e-3); // the tie went with the first part
+        EXPECT_NEAR(several.attachment_force(0)[1], pull, 1e4 * close);
+    }
+}
+
 TEST(World, attachments_let_go_of_what_is_cut_away) {
     World<double> world;
     Lattice bar = Lattice::box(3, 1, 1, kEdge);
@@ -655,6 +805,12 @@ TEST(WorldInput, what_is_not_allowed_is_named) {
               "body 0: its rotation must be a matrix of three orthonormal rows, to 1e-5");
     EXPECT_EQ(said([&] { world.step({0.01}, -1); }), "count = -1 is not allowed: it must be at least 0 steps");
     EXPECT_NE(said([&] { world.step({}, 1); }), "");
+    Lattice another = Lattice::box(2, 1, 1, kEdge);
+    EXPECT_EQ(said([&] {
+                  world.split_parts(0, another,
+                                    [](const Lattice& part) { return ExplicitDynamics<double>(part, kSoft); });
+              }),
+              "the lattice is not the one of body 0 as it is now");
     const Lattice other = Lattice::box(2, 1, 1, kEdge);
     EXPECT_NE(said([&] { world.add(ExplicitDynamics<double>(other, kSoft), Lattice::box(1, 1, 1, kEdge)); }), "");
     EXPECT_EQ(world.body_count(), 1u);
