@@ -57,7 +57,7 @@ template <class T>
 struct Quad {
     /// As many as are worked on at once.
     using Part = std::conditional_t<std::is_same_v<T, float>, Floats, Doubles>;
-    static constexpr std::size_t kParts = sizeof(T) / sizeof(float);
+    static constexpr std::size_t kParts = std::is_same_v<T, float> ? 1 : 2;
     std::array<Part, kParts> part = {};
 
     Quad() = default;
