@@ -65,7 +65,7 @@ public:
             products.col(column) = read().cwiseQuotient(root_) / potential_->body().length_unit() -
                                    potential_->pull_strength() * y.col(column);
         }
-        products_ += y.cols();
+        products_ += static_cast<long>(y.cols());
         return products;
     }
     MatrixXd preconditioned(Preconditioner<T>& preconditioner, const MatrixXd& y) {

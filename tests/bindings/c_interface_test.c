@@ -778,6 +778,16 @@ struct arena {
     int left; /* allocations until there is no memory; < 0: no end */
 };
 
+#ifdef _WIN32
+static int posix_memalign(void** memory, size_t alignment, size_t bytes) {
+    *memory = _aligned_malloc(bytes, alignment);
+    return *memory == NULL;
+}
+#define free_aligned _aligned_free
+#else
+#define free_aligned free
+#endif
+
 static void* take(size_t bytes, size_t alignment, void* user) {
     struct arena* arena = user;
     void* memory = NULL;
@@ -793,7 +803,7 @@ static void give_back(void* memory, size_t bytes, size_t alignment, void* user) 
     (void)bytes;
     (void)alignment;
     ++arena->given_back;
-    free(memory);
+    free_aligned(memory);
 }
 
 static void allocators(void) {
