@@ -77,8 +77,8 @@ double packed_spring_energy(const SpringBlock<Scalar<V>>* blocks, const PackedNo
         for (int lane = 0; lane < kBlockItems; lane += kWidth<V>) {
             Vector3<V> rest, du;
             const V s = block_stretch<V>(blocks[b], lane, nodes.displacement, rest, du);
-            const V scale = splat<V>(Scalar<V>(0.5)) * load_lanes<V>(blocks[b].stiffness + lane) /
-                            load_lanes<V>(blocks[b].inverse_length2 + lane);
+            const V scale = divide(splat<V>(Scalar<V>(0.5)) * load_lanes<V>(blocks[b].stiffness + lane),
+                                   load_lanes<V>(blocks[b].inverse_length2 + lane));
             add_in_double(energy, scale * squared_strain(s));
         }
     }

@@ -113,8 +113,9 @@ double run_spring_energy(const SpringRuns<Scalar<V>>& springs, const PackedNodes
                 const int at = lane + v * kWidth<V>;
                 Vector3<V> d;
                 const V s = run_stretch<V>(run, springs, at, nodes.displacement, low[v], d);
-                const V scale = splat<V>(Scalar<V>(0.5)) * load_lanes<V>(springs.stiffnesses[run.stiffness].lane + at) /
-                                load_lanes<V>(springs.shapes[run.shape].inverse_length2 + at);
+                const V k = load_lanes<V>(springs.stiffnesses[run.stiffness].lane + at);
+                const V scale =
+                    divide(splat<V>(Scalar<V>(0.5)) * k, load_lanes<V>(springs.shapes[run.shape].inverse_length2 + at));
                 stored[v] = scale * squared_strain(s);
             }
             add_run(energy, stored);
@@ -180,8 +181,8 @@ double run_cell_energy(const CellRuns<Scalar<V>>& cells, const PackedNodes<Scala
             for (int v = 0; v < kTogether<V>; ++v) {
                 const int at = lane + v * kWidth<V>;
                 const V dilation = run_volume<V>(run, cells, at, nodes.displacement).dilation;
-                const V scale = load_lanes<V>(cells.kappas[run.weights].lane + at) /
-                                load_lanes<V>(cells.shapes[run.shape].inverse_volume + at);
+                const V scale = divide(load_lanes<V>(cells.kappas[run.weights].lane + at),
+                                       load_lanes<V>(cells.shapes[run.shape].inverse_volume + at));
                 stored[v] = scale * volume_energy<volume>(dilation);
             }
             add_run(energy, stored);
