@@ -147,37 +147,58 @@ ObstacleShape checked(const ObstacleShape& shape, std::size_t obstacle) {
 
 } // namespace
 
+std::vector<Obstacle> completed(std::span<const Obstacle> given, double body_time_step) {
+    std::vector<Obstacle> obstacles(given.begin(), given.end());
+    for (std::size_t o = 0; o < obstacles.size(); ++o) {
+        Obstacle& obstacle = obstacles[o];
+        obstacle.shape = checked(obstacle.shape, o);
+        obstacle.pose = rigid(obstacle.pose, name_of(o));
+        const auto require_from_0 = [&](const char* what, double value) {
+            if (!std::isfinite(value) || value < 0) {
+                refuse_obstacle(o, std::string(what) + " = " + std::to_string(value) +
+                                       " is not allowed: it must be finite and at least 0");
+            }
+        };
+        require_from_0("friction", obstacle.friction);
+        require_from_0("stiffness", obstacle.stiffness);
+        require_from_0("friction_delay", obstacle.friction_delay);
+        if (obstacle.stiffness == 0) {
+            if (!std::isfinite(body_time_step)) {
+                refuse_obstacle(o, "stiffness = 0 is not allowed: the body has none of its own");
+            }
+            obstacle.stiffness = default_contact_stiffness(body_time_step);
+        }
+        if (obstacle.friction_delay == 0 && std::isfinite(body_time_step)) { // without springs nothing flutters
+            obstacle.friction_delay = default_friction_delay(body_time_step);
+        }
+    }
+    return obstacles;
+}
+
+std::vector<RigidPose> rigid(std::span<const RigidPose> poses, std::size_t obstacles) {
+    if (poses.size() != obstacles) {
+        throw std::invalid_argument(std::to_string(poses.size()) + " poses given for " + std::to_string(obstacles) +
+                                    " obstacles: there must be as many");
+    }
+    std::vector<RigidPose> made;
+    for (std::size_t o = 0; o < poses.size(); ++o) {
+        made.push_back(rigid(poses[o], name_of(o)));
+    }
+    return made;
+}
+
+void check_node(const SurfaceNode& node, std::size_t nodes) {
+    if (node.node >= nodes || !is_finite(node.rest_position)) {
+        throw std::invalid_argument("surface node " + std::to_string(node.node) + ": it must be below the body's " +
+                                    std::to_string(nodes) + " nodes, and its position finite");
+    }
+}
+
 template <class T>
 Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const SurfaceNode> surface,
                     std::span<const Obstacle> obstacles)
-    : length_unit_(body.length_unit()), wave_speed_(wave_speed), obstacles_(obstacles.begin(), obstacles.end()) {
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        Obstacle& obstacle = obstacles_[o];
-        obstacle.shape = checked(obstacle.shape, o);
-        obstacle.pose = rigid(obstacle.pose, name_of(o));
-        if (!std::isfinite(obstacle.friction) || obstacle.friction < 0) {
-            refuse_obstacle(o, "friction = " + std::to_string(obstacle.friction) +
-                                   " is not allowed: it must be finite and at least 0");
-        }
-        if (!std::isfinite(obstacle.stiffness) || obstacle.stiffness < 0) {
-            refuse_obstacle(o, "stiffness = " + std::to_string(obstacle.stiffness) +
-                                   " is not allowed: it must be finite and at least 0");
-        }
-        if (!std::isfinite(obstacle.friction_delay) || obstacle.friction_delay < 0) {
-            refuse_obstacle(o, "friction_delay = " + std::to_string(obstacle.friction_delay) +
-                                   " is not allowed: it must be finite and at least 0");
-        }
-        const double dt = body.critical_time_step();
-        if (obstacle.stiffness == 0) {
-            if (!std::isfinite(dt)) {
-                refuse_obstacle(o, "stiffness = 0 is not allowed: the body has none of its own");
-            }
-            obstacle.stiffness = default_contact_stiffness(dt);
-        }
-        if (obstacle.friction_delay == 0 && std::isfinite(dt)) { // a body without springs does not flutter
-            obstacle.friction_delay = default_friction_delay(dt);
-        }
-    }
+    : length_unit_(body.length_unit()), wave_speed_(wave_speed),
+      obstacles_(completed(obstacles, body.critical_time_step())) {
     if (!surface.empty()) {
         known_ = surface.front();
     }
@@ -186,11 +207,7 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
     low.fill(std::numeric_limits<double>::infinity());
     high.fill(-std::numeric_limits<double>::infinity());
     for (std::size_t s = 0; s < surface.size(); ++s) {
-        if (surface[s].node >= body.node_count() || !is_finite(surface[s].rest_position)) {
-            throw std::invalid_argument("surface node " + std::to_string(surface[s].node) +
-                                        ": it must be below the body's " + std::to_string(body.node_count()) +
-                                        " nodes, and its position finite");
-        }
+        check_node(surface[s], body.node_count());
         for (std::size_t a = 0; a < 3; ++a) {
             low[a] = std::min(low[a], surface[s].rest_position[a]);
             high[a] = std::max(high[a], surface[s].rest_position[a]);
@@ -225,16 +242,10 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
 
 template <class T>
 void Contact<T>::move(std::span<const RigidPose> poses) {
-    if (poses.size() != obstacles_.size()) {
-        throw std::invalid_argument(std::to_string(poses.size()) + " poses given for " +
-                                    std::to_string(obstacles_.size()) + " obstacles: there must be as many");
-    }
-    for (std::size_t o = 0; o < poses.size(); ++o) {
-        rigid(poses[o], name_of(o)); // refused before any is moved
-    }
-    for (std::size_t o = 0; o < poses.size(); ++o) {
+    const std::vector<RigidPose> made = rigid(poses, obstacles_.size()); // refused before any is moved
+    for (std::size_t o = 0; o < made.size(); ++o) {
         const RigidPose before = pose_after(o, elapsed());
-        const RigidPose pose = rigid(poses[o], name_of(o));
+        const RigidPose& pose = made[o];
         const bool turns =
             before.rotation != pose.rotation && !std::holds_alternative<SphereShape>(obstacles_[o].shape);
         const double way =

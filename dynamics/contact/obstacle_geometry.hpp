@@ -10,8 +10,10 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 namespace hybmss {
 
@@ -64,6 +66,14 @@ inline Matrix turned(const Matrix& r, const Point& angle) {
 /// The pose with a rotation: one up to what engines in float leave of it is the rotation nearby. Throws
 /// std::invalid_argument for what is not finite or no rotation; `whose` it is.
 RigidPose rigid(RigidPose pose, const std::string& whose);
+/// The same of one an obstacle. Throws for another count, too.
+std::vector<RigidPose> rigid(std::span<const RigidPose> poses, std::size_t obstacles);
+
+/// The obstacles with what they leave to defaults, for a body with this critical time step. Throws
+/// std::invalid_argument for what the structs do not allow.
+std::vector<Obstacle> completed(std::span<const Obstacle> obstacles, double body_time_step);
+/// Throws std::invalid_argument unless it is one of so many and its position is finite.
+void check_node(const SurfaceNode& node, std::size_t nodes);
 
 /// Signed distance below zero inside, where it is exact; outside a box a lower bound. `normal`: of unit length, the
 /// way out, also where several are as short: any of them.
@@ -127,6 +137,50 @@ inline SurfaceDistance surface_at(const CapsuleShape& capsule, const Point& y) {
     const Point out = cross(n, along_x ? Point{0, 1, 0} : Point{1, 0, 0});
     const double size = length(out);
     return {-capsule.radius, size > 0 ? Point{out[0] / size, out[1] / size, out[2] / size} : Point{0, 1, 0}};
+}
+
+/// A symmetric matrix: xx, xy, xz, yy, yz, zz.
+using Symmetric = std::array<double, 6>;
+/// sum += factor a a^T
+inline void add_square(double factor, const Point& a, Symmetric& sum) {
+    std::size_t entry = 0;
+    for (std::size_t p = 0; p < 3; ++p) {
+        for (std::size_t q = p; q < 3; ++q) {
+            sum[entry++] += factor * a[p] * a[q];
+        }
+    }
+}
+
+/// 1/m: by how much the normal changes as the point moves, the second derivatives of the distance, where these are
+/// defined inside.
+inline Symmetric curvature_at(const PlaneShape&, const Point&) {
+    return {};
+}
+inline Symmetric curvature_at(const BoxShape&, const Point&) {
+    return {};
+}
+/// (1 - n n^T) / r
+inline Symmetric curvature_about(const Point& away) {
+    const double square = dot(away, away);
+    if (!(square > 0)) {
+        return {};
+    }
+    const double r = std::sqrt(square);
+    Symmetric curvature = {1 / r, 0, 0, 1 / r, 0, 1 / r};
+    add_square(-1 / (r * square), away, curvature);
+    return curvature;
+}
+inline Symmetric curvature_at(const SphereShape&, const Point& y) {
+    return curvature_about(y);
+}
+inline Symmetric curvature_at(const CapsuleShape& capsule, const Point& y) {
+    const Point away = plus(y, -1, nearest_on_axis(capsule, y));
+    Symmetric curvature = curvature_about(away);
+    const double square = dot(capsule.axis, capsule.axis), r = length(away);
+    if (r > 0 && std::abs(dot(y, capsule.axis)) < square / 2) { // beside the axis nothing changes along it
+        add_square(-1 / (r * square), capsule.axis, curvature);
+    }
+    return curvature;
 }
 
 /// Where a straight way comes in from outside.

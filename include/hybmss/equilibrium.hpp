@@ -49,6 +49,9 @@ struct Loading {
     std::vector<std::array<double, 3>> forces;      ///< dead loads, N, one a node; or none at all
     std::array<double, 3> acceleration = {0, 0, 0}; ///< gravity, m/s^2
     std::vector<double> pressures = {};             ///< Pa, one a face of EquilibriumSolver::press(); or none at all
+    /// Where the obstacles of EquilibriumSolver::set_obstacles() are, one each; or none: where they were. Velocities
+    /// are not used.
+    std::vector<RigidPose> obstacles = {};
 };
 
 /// Where a solve stands.
@@ -174,8 +177,20 @@ public:
     /// faces no coarser mesh is solved first. `pressures`: those of get_effect_forces() until the next solve; or none.
     void press(std::span<const SurfaceFace> faces, std::span<const double> pressures = {});
 
+    /// Replaces the obstacles and the nodes that may touch them, as ExplicitDynamics::set_obstacles does; none before
+    /// the first call. Contact is the spring that it is in steps in time: where a node is held by an obstacle and what
+    /// it is pressed by are balanced to the tolerance, and none lies deeper than the force on it says. Nodes touch on
+    /// the side that is nearest: obstacles come to a body along a path of load steps, not through it. With obstacles no
+    /// coarser mesh is solved first. Throws std::invalid_argument for friction, which has no potential.
+    void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles);
+    /// What obstacles, where they are, and the body do to each other at displacements of the caller, one an obstacle:
+    /// depths are present ones, impulses zero.
+    std::vector<ObstacleReading> obstacle_readings(VectorField<const T> displacement);
+
     /// From the displacements given (m, node_count() nodes) to equilibrium under the loading. Supports move on straight
     /// lines from where they are and loads grow in proportion, in one step where that works, else in several.
+    ///
+    /// Obstacles stand at the loading's places from the start.
     ///
     /// On return `displacement` holds the equilibrium; where none was found, the last one on the way to it; where there
     /// is none of those either, the first attempt's state, if it is only not balanced well enough, else the start.
@@ -196,8 +211,9 @@ public:
                            VectorField<T> velocity, const EquilibriumOptions& options = {});
 
     /// The lowest vibrations about the displacements (m), which should be an equilibrium, while the components named by
-    /// `supports` stay where they are; dead loads have no part in it, pressures that are given have. In double to any
-    /// tolerance that makes sense; in float residuals below a thousandth are not to be had. Throws as solve() does.
+    /// `supports` stay where they are; dead loads and obstacles have no part in it, pressures that are given have. In
+    /// double to any tolerance that makes sense; in float residuals below a thousandth are not to be had. Throws as
+    /// solve() does.
     ModesResult modes(std::span<const PrescribedNode> supports, VectorField<const T> displacement,
                       const ModesOptions& options = {});
 
@@ -220,15 +236,15 @@ public:
     /// and keeps linear momentum; angular momentum up to the turn of a spring in a step. No part of solve() and
     /// follow().
     void damp_springs(double stiffness_damping);
-    /// What the damped springs and the pressures have of energy: an entry each, as far as there are any. Pressures
-    /// store p (V - V at rest), at the last state that was found.
+    /// What the damped springs, the pressures and contact with obstacles have of energy: an entry each, as far as there
+    /// are any. Pressures store p (V - V at rest), contact what its springs do, at the last state that was found.
     std::vector<EffectEnergy> effect_energies() const;
     /// What they count up from step to step, to go on with in a solver that is damped too. Throws
     /// std::invalid_argument for another count than effect_memory() gives.
     std::vector<double> effect_memory() const;
     void set_effect_memory(std::span<const double> memory);
-    /// Sets (not adds) the forces of damped springs, and of the last solve's pressures, N, at displacements and
-    /// velocities of the caller.
+    /// Sets (not adds) the forces of damped springs, and of the last solve's pressures and obstacles, N, at
+    /// displacements and velocities of the caller.
     void get_effect_forces(VectorField<const T> displacement, VectorField<const T> velocity, VectorField<T> force);
 
     /// Sets (not adds) the internal forces, N, and gives the energy, J, at displacements of the caller.

@@ -53,6 +53,10 @@ public:
     void press(std::span<const SurfaceFace> faces, std::span<const double> pressures) {
         solver_.press(faces, pressures);
     }
+    void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
+        solver_.set_obstacles(surface, obstacles);
+    }
+    std::vector<ObstacleReading> obstacle_readings() const { return solver_.obstacle_readings(view(displacement_)); }
     void damp_springs(double stiffness_damping) { solver_.damp_springs(stiffness_damping); }
     void get_effect_forces(VectorField<T> out) const {
         solver_.get_effect_forces(view(displacement_), view(velocity_), out);

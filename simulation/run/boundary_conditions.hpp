@@ -178,18 +178,22 @@ public:
     double end_of_motion() const { return end_of_motion_; }
     /// Velocities are from now on those that lead to where they are a step later.
     void set_time_step(double time_step) { time_step_ = time_step; }
-    /// Where they are at a time. Valid until the next call.
+    /// Where they are at a time; of an equilibrium, at a part of the load steps. Valid until the next call.
     std::span<const RigidPose> at(double time);
     /// The angles by which they have turned at the time of the last at(), rad, as vectors along their axes.
     std::span<const Vector3> angles() const { return angles_; }
     std::span<const RigidPose> poses() const { return poses_; }
 
+    /// Load steps of an equilibrium in which none is led by more than two cells: what comes to touch at once is found
+    /// at once.
+    double steps_to_press() const;
     /// m: a cell, or half the way to the middle of the obstacle, where nodes are stopped.
     double greatest_good_depth(std::size_t obstacle) const;
 
 private:
     std::vector<SceneObstacle> entries_;
-    double cell_size_;
+    double cell_size_, extent_; ///< m: of a cell; the body's longest edge
+    bool is_static_;
     std::vector<Obstacle> obstacles_;
     std::vector<RigidPose> poses_;
     std::vector<Vector3> angles_;

@@ -276,7 +276,7 @@ constexpr EffectRule kEffects[] = {
      },
      [](Scene& s) { s.cuts.clear(); }},
     {"contact", "`[[obstacle]]`", "a pass over the surface nodes that may touch, after the sweep",
-     "a loop over surface nodes", "72 bytes a surface node; 32 more by each obstacle with friction", false,
+     "a loop over surface nodes", "72 bytes a surface node; 32 more by each obstacle with friction", true,
      [](const Scene& s) { return !s.obstacles.empty(); }, contact,
      [](const Scene&) { return std::string("no [[obstacle]]"); }, add_ground, [](Scene& s) { s.obstacles.clear(); }},
     {"fixed nodes", "`[[fix]]`", "a pass over the held components", "a loop over components",

@@ -57,16 +57,27 @@ std::string_view shape_key(const ObstacleShape& shape) {
 }
 
 Obstacles::Obstacles(const Scene& scene, double body_time_step)
-    : entries_(scene.obstacles), cell_size_(scene.body.cell_size) {
-    if (!entries_.empty() && !explicit_in_time(scene.solver.method)) {
-        throw scene_error(
-            scene, "solver.method",
-            "a scene with [[obstacle]] must be solved by \"symplectic-euler\" or \"leapfrog\": contact is "
-            "computed in explicit steps only");
+    : entries_(scene.obstacles), cell_size_(scene.body.cell_size),
+      extent_(cell_size_ * static_cast<double>(*std::max_element(scene.body.cells.begin(), scene.body.cells.end()))),
+      is_static_(timeless(scene.solver.method)) {
+    if (!entries_.empty() && is_static_ && scene.solver.method != SolverMethod::static_equilibrium) {
+        throw scene_error(scene, "solver.method",
+                          "a scene with [[obstacle]] must be solved by another one: what touches and what does not is "
+                          "no linear problem");
     }
     for (std::size_t o = 0; o < entries_.size(); ++o) {
         const SceneObstacle& entry = entries_[o];
         check_size(scene, o);
+        const std::string path = "obstacle[" + std::to_string(o) + "].";
+        if (entry.friction > 0 && !explicit_in_time(scene.solver.method)) {
+            throw scene_error(scene, path + "friction",
+                              "friction is computed by \"symplectic-euler\" and \"leapfrog\" only: with another method "
+                              "it must be 0");
+        }
+        if (is_static_ && entry.velocity != Vector3{0, 0, 0}) {
+            throw scene_error(scene, path + "velocity",
+                              "an equilibrium has no time: `translate` leads an obstacle along the load steps");
+        }
         // On a flat surface a node with c cells around it has the mass rho h^3 c/8 and the area h^2 c/4.
         const double stiffness = entry.stiffness
                                      ? *entry.stiffness * 2 / (scene.material.density * scene.body.cell_size)
@@ -94,8 +105,8 @@ Obstacles::Obstacles(const Scene& scene, double body_time_step)
 std::span<const RigidPose> Obstacles::at(double time) {
     for (std::size_t o = 0; o < entries_.size(); ++o) {
         const SceneObstacle& entry = entries_[o];
-        Ramp s = ramp(time, entry.over);
-        if (time_step_ > 0) {
+        Ramp s = is_static_ ? Ramp{.value = time} : ramp(time, entry.over);
+        if (time_step_ > 0 && !is_static_) {
             s.rate = (ramp(time + time_step_, entry.over).value - s.value) / time_step_;
         }
         RigidPose& pose = poses_[o];
@@ -113,6 +124,20 @@ std::span<const RigidPose> Obstacles::at(double time) {
         }
     }
     return poses_;
+}
+
+double Obstacles::steps_to_press() const {
+    double steps = 1;
+    for (std::size_t o = 0; o < entries_.size(); ++o) {
+        const SceneObstacle& entry = entries_[o];
+        const Vector3 led = entry.translate.value_or(Vector3{0, 0, 0});
+        double way = std::hypot(led[0], led[1], led[2]);
+        if (entry.rotate && !std::holds_alternative<SphereShape>(entry.shape)) {
+            way += extent_ * std::abs(entry.rotate->degrees) * std::numbers::pi / 180;
+        }
+        steps = std::max(steps, std::ceil(way / (2 * cell_size_)));
+    }
+    return std::min(steps, 1000.0);
 }
 
 double Obstacles::greatest_good_depth(std::size_t obstacle) const {

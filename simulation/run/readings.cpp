@@ -224,12 +224,8 @@ std::string Simulation::Implementation::blow_up(const Energies& e) const {
 }
 
 std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() const {
-    std::vector<ObstacleReading> readings;
-    if (const auto* single = std::get_if<ExplicitDynamics<float>>(&dynamics)) {
-        readings = single->obstacle_readings();
-    } else if (const auto* in_double = std::get_if<ExplicitDynamics<double>>(&dynamics)) {
-        readings = in_double->obstacle_readings();
-    }
+    const std::vector<ObstacleReading> readings =
+        std::visit([](const auto& d) { return d.obstacle_readings(); }, dynamics);
     std::vector<NamedObstacleReading> named;
     for (std::size_t o = 0; o < readings.size(); ++o) {
         const double by_mass = obstacles.at_start()[o].stiffness * scene.material.density * scene.body.cell_size / 2;

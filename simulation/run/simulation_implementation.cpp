@@ -226,7 +226,7 @@ StepParameters Simulation::Implementation::step_parameters() const {
 void Simulation::Implementation::set_obstacles() {
     if (!obstacles.empty()) {
         const std::vector<SurfaceNode> surface = surface_nodes(lattice, scene.body.origin);
-        on_explicit([&](auto& d) { d.set_obstacles(surface, obstacles.at_start()); });
+        std::visit([&](auto& d) { d.set_obstacles(surface, obstacles.at_start()); }, dynamics);
     }
 }
 
@@ -277,10 +277,11 @@ void Simulation::Implementation::prescribe() {
         load_as_at(time());
     }
     const std::span<const PrescribedNode> nodes = is_static() ? supports.at_part(load_fraction) : supports.at(time());
+    const std::span<const RigidPose> poses = obstacles.at(time());
     on_explicit([&](auto& d) {
         d.prescribe(nodes);
         if (!obstacles.empty()) {
-            d.move_obstacles(obstacles.at(time()));
+            d.move_obstacles(poses);
         }
     });
 }
@@ -411,7 +412,7 @@ EquilibriumOptions Simulation::Implementation::equilibrium_options() const {
     if (is_static()) {
         solve.tolerance = scene.solver.tolerance.value_or(tolerance);
         solve.first_load_step = 1.0 / scene.solver.load_steps;
-        const double turns = steps_to_turn(scene.moves);
+        const double turns = std::max(steps_to_turn(scene.moves), obstacles.steps_to_press());
         solve.largest_load_step = 1 / turns;
         solve.load_steps =
             std::max({solve.load_steps, 10 * scene.solver.load_steps, static_cast<int>(std::min(10 * turns, 1e9))});
@@ -434,7 +435,12 @@ void Simulation::Implementation::add_work(const EquilibriumResult& result) {
 
 Loading Simulation::Implementation::loading_at(double part) {
     const std::span<const PrescribedNode> held = supports.at_part(part);
-    Loading loading{{held.begin(), held.end()}, loads, gravity, pressed.at(scene, time_of_pressures())};
+    const std::span<const RigidPose> poses = obstacles.at(part);
+    Loading loading{{held.begin(), held.end()},
+                    loads,
+                    gravity,
+                    pressed.at(scene, time_of_pressures()),
+                    {poses.begin(), poses.end()}};
     for (double& pressure : loading.pressures) {
         pressure *= part;
     }
@@ -563,7 +569,8 @@ double Simulation::Implementation::estimated_seconds() const {
         return 0;
     }
     // Steps double from the first.
-    const double load_steps = std::max(steps_to_turn(scene.moves), 1 + std::log2(scene.solver.load_steps));
+    const double load_steps =
+        std::max({steps_to_turn(scene.moves), obstacles.steps_to_press(), 1 + std::log2(scene.solver.load_steps)});
     return std::visit(
         [&](const auto& d) {
             if constexpr (requires { d.estimate_seconds(); }) {
@@ -582,7 +589,9 @@ std::string Simulation::Implementation::implicit_step() {
     if (by_tables) {
         load_as_at(end);
     }
-    const Loading loading{{held.begin(), held.end()}, loads, gravity, pressed.at(scene, end)};
+    const std::span<const RigidPose> poses = obstacles.at(end);
+    const Loading loading{
+        {held.begin(), held.end()}, loads, gravity, pressed.at(scene, end), {poses.begin(), poses.end()}};
     const EquilibriumResult result =
         on_implicit([&](auto& d) { return d.step(loading, length, scene.damping.mass, equilibrium_options()); });
     add_work(result);
@@ -591,6 +600,7 @@ std::string Simulation::Implementation::implicit_step() {
         return "";
     }
     supports.at(time());
+    obstacles.at(time());
     if (by_tables) {
         load_as_at(time());
     }

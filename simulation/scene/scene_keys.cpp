@@ -564,7 +564,7 @@ void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
 constexpr KeyTable<SceneObstacle> kObstacle = {
     "obstacle",
     "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere`, "
-    "`box` and `capsule`. Solved by symplectic-euler or leapfrog.",
+    "`box` and `capsule`. By any method; `static` and `backward-euler` without friction.",
     kObstacleKeys, complete_obstacle};
 
 // -- [solver], [output] and [[probe]]

@@ -266,7 +266,7 @@ ModesResult lowest_modes(Potential<T>& potential, State<T>& state,
                          const std::function<Preconditioner<T>&(bool)>& choose, const ModesOptions& options) {
     ModesResult result;
     potential.release();
-    potential.linearise(state);
+    potential.linearise(state, false);
     Scaled<T> scaled(potential);
     if (scaled.size() == 0) { // nothing can move
         result.converged = true;
@@ -318,7 +318,7 @@ BucklingResult buckling_loads(Potential<T>& potential, State<T>& rest, State<T>&
     BucklingResult result;
     potential.release();
     set(0);
-    potential.linearise(rest);
+    potential.linearise(rest, false);
     Scaled<T> scaled(potential);
     if (scaled.size() == 0) { // nothing can move
         result.converged = true;
@@ -332,7 +332,7 @@ BucklingResult buckling_loads(Potential<T>& potential, State<T>& rest, State<T>&
     result.preconditioner = preconditioner.name();
     const auto at = [&](State<T>& state, double of_loading, const MatrixXd& y) {
         set(of_loading);
-        potential.linearise(state);
+        potential.linearise(state, false);
         return scaled.stiffness(y);
     };
     const Index count = std::min<Index>(options.count, scaled.size());

@@ -91,6 +91,7 @@ void FloatMultigrid::update(const Potential<double>& potential) {
         potential_.release();
     }
     to_float(potential.displacement(), 1, state_.displacement);
+    potential_.touch(potential.touched(), scale_ * body_->length_unit() / given_->length_unit());
     potential_.linearise(state_);
     multigrid_.update(potential_);
 }

@@ -170,6 +170,7 @@ void Multigrid::update(const Potential<float>& potential) {
         find_patterns(held);
     }
     find_gradients(potential);
+    find_touches(potential);
     assemble(potential);
     for (const auto& level : levels_) {
         level->estimate_spectrum();

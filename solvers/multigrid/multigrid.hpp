@@ -49,6 +49,13 @@ private:
         std::vector<CellMatrix> matrices;
     };
 
+    /// A node that touches an obstacle, in the cell of a coarse level: its block, between the cell's corners.
+    struct Touch {
+        int i, j;
+        std::array<float, 8> weight;
+        std::array<float, 9> block;
+    };
+
     /// Runs of neighbouring nodes in the padded grid that are neighbours in the body's layout.
     struct Run {
         std::size_t grid, place, length;
@@ -70,6 +77,8 @@ private:
     void find_rest_rotations();
     void find_gradients(const Potential<float>& potential);
     void assemble(const Potential<float>& potential);
+    /// Where nodes touch obstacles, on all coarse levels.
+    void find_touches(const Potential<float>& potential);
     /// What CoarseLevel::assemble() asks for; level 1 is the first coarse one.
     template <class Add>
     void add_layer(std::size_t level, int k, const Potential<float>& potential, const Add& add);
@@ -94,7 +103,9 @@ private:
     CellPatterns patterns_;
     std::vector<std::uint8_t> held_; ///< by which they were found
     CellGradients gradients_;
-    std::vector<Cells> cells_;                        ///< the finest first
+    std::vector<Cells> cells_; ///< the finest first
+    std::vector<std::vector<std::vector<Touch>>>
+        touches_;                                     ///< by level and the cells' height; none where nothing touches
     std::vector<std::array<float, 6>> rest_rotation_; ///< stiffness of a cell's rotations by each of 27 cells at rest
     std::optional<CellRotations> rotations_;
     std::vector<std::unique_ptr<CoarseLevel>> levels_;

@@ -123,6 +123,50 @@ void Multigrid::find_gradients(const Potential<float>& potential) {
     }
 }
 
+// Interpolated from level to level along straight lines, a fine node is so from each level at once.
+void Multigrid::find_touches(const Potential<float>& potential) {
+    touches_.clear();
+    if (potential.touched().empty()) {
+        return;
+    }
+    for (const Cells& cells : cells_) {
+        touches_.emplace_back(static_cast<std::size_t>(cells.gradients->grid().cells[2]));
+    }
+    std::vector<std::array<int, 3>> grid_place(places_.size());
+    for_each_place({0, 0, 0}, grid_.cells, [&](int i, int j, int k) {
+        if (const std::uint32_t node = node_at_[grid_.index(i, j, k)]; node != kNoNode) {
+            grid_place[node] = {i, j, k};
+        }
+    });
+    for (const TouchedNode& touched : potential.touched()) {
+        const std::uint8_t held = potential.held()[touched.node];
+        const Symmetric& b = touched.along;
+        Touch touch{0, 0, {}, {}};
+        const double block[9] = {b[0], b[1], b[2], b[1], b[3], b[4], b[2], b[4], b[5]};
+        for (std::size_t e = 0; e < 9; ++e) {
+            touch.block[e] = held >> (e / 3) & 1 || held >> (e % 3) & 1 ? 0.0f : static_cast<float>(block[e]);
+        }
+        float place[3];
+        std::copy_n(grid_place[touched.node].begin(), 3, place);
+        for (std::size_t l = 1; l < cells_.size(); ++l) {
+            const std::array<int, 3>&fine = cells_[l - 1].gradients->grid().cells,
+                                  &cells = cells_[l].gradients->grid().cells;
+            int cell[3];
+            touch.weight.fill(1);
+            for (std::size_t a = 0; a < 3; ++a) {
+                place[a] *= fine[a] != cells[a] ? 0.5f : 1.0f;
+                cell[a] = std::min(static_cast<int>(place[a]), cells[a] - 1);
+                const float part = place[a] - static_cast<float>(cell[a]);
+                for (std::size_t corner = 0; corner < 8; ++corner) {
+                    touch.weight[corner] *= corner >> a & 1 ? part : 1 - part;
+                }
+            }
+            touch.i = cell[0], touch.j = cell[1];
+            touches_[l][static_cast<std::size_t>(cell[2])].push_back(touch);
+        }
+    }
+}
+
 template <class Add>
 void Multigrid::add_layer(std::size_t level, int k, const Potential<float>& potential, const Add& add) {
     Cells& cells = cells_[level];
@@ -188,6 +232,17 @@ void Multigrid::add_layer(std::size_t level, int k, const Potential<float>& pote
             }
             add(x, y, matrices, count);
         }
+    }
+    if (touches_.empty()) {
+        return;
+    }
+    for (const Touch& touch : touches_[level][static_cast<std::size_t>(k)]) {
+        for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
+            for (std::size_t e = 0; e < 9; ++e) {
+                matrices.block[pair][e][0] = touch.weight[a] * touch.weight[b] * touch.block[e];
+            }
+        });
+        add(touch.i, touch.j, matrices, 1);
     }
 }
 

@@ -138,9 +138,13 @@ struct EquilibriumSolver<T>::Implementation {
         potential.prescribe(loading.supports);
         potential.load(loading.forces, loading.acceleration);
         potential.set_pressures(loading.pressures, loading.supports);
+        potential.move_obstacles(loading.obstacles);
     }
-    /// What the pressures store at the state, J.
-    void read_pressure() { stored_by_pressure = potential.pressure() ? potential.pressure()->value(state) : 0; }
+    /// What pressures and contact store at the state, J.
+    void read_effects() {
+        stored_by_pressure = potential.pressure() ? potential.pressure()->value(state) : 0;
+        stored_by_contact = potential.contact() ? potential.contact()->value(state) : 0;
+    }
     /// `reach`: of a step, see multigrid_pays_in_step().
     Preconditioner<T>& choose(PreconditionerKind kind, std::optional<double> reach = std::nullopt) {
         const bool pays = kind == PreconditionerKind::automatic && lattice &&
@@ -163,6 +167,10 @@ struct EquilibriumSolver<T>::Implementation {
     }
     /// What suits a pull of every node besides does not suit slender bodies without.
     Preconditioner<T>& choose_static(PreconditionerKind kind) {
+        if (potential.contact() && kind == PreconditionerKind::automatic) {
+            // Coarse levels in float leave motions that nothing holds to chance; a banded matrix knows supports alone.
+            return potential.held_axes() == 7 ? choose(kind) : block_jacobi;
+        }
         if (kind != PreconditionerKind::automatic || !lattice || !banded_pays(lattice->first)) {
             return choose(kind);
         }
@@ -180,20 +188,21 @@ struct EquilibriumSolver<T>::Implementation {
         }
         potential.release();
         std::optional<EquilibriumResult> result;
-        if (options.nested && lattice && !potential.pressure() && CoarserMesh::pays(lattice->first) &&
-            !banded_pays(lattice->first)) {
+        if (options.nested && lattice && !potential.pressure() && !potential.contact() &&
+            CoarserMesh::pays(lattice->first) && !banded_pays(lattice->first)) {
             result = from_coarser(path, displacement, options);
         }
         if (!result) {
             body->write(displacement, 1 / body->length_unit(), state.displacement);
             result = follow_here(path, options);
         }
-        read_pressure();
+        read_effects();
         body->read(state.displacement, body->length_unit(), displacement);
         return *result;
     }
     EquilibriumResult follow_here(const std::function<Loading(double)>& path, const EquilibriumOptions& options,
                                   bool near_end = false) {
+        potential.prescribe(path(1).supports);
         Preconditioner<T>& preconditioner = choose_static(options.preconditioner);
         return stepping.follow(
             potential, preconditioner, state, [&](double fraction) { set(path(fraction)); }, options, near_end);
@@ -268,7 +277,7 @@ struct EquilibriumSolver<T>::Implementation {
     std::unique_ptr<Cycles> multigrid;                   ///< made when it is first asked for
     std::unique_ptr<Banded<T>> banded;                   ///< likewise
     std::vector<T> target;
-    double stiffness_damping = 0, dissipated = 0, stored_by_pressure = 0;
+    double stiffness_damping = 0, dissipated = 0, stored_by_pressure = 0, stored_by_contact = 0;
 };
 
 template <class T>
@@ -397,7 +406,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
         };
     }
     MinimiserResult found = i.stepping.minimiser().minimise(i.potential, preconditioner, i.state, limits);
-    if (found.status == EquilibriumStatus::converged) {
+    if (found.status == EquilibriumStatus::converged && !i.potential.contact()) {
         i.stepping.minimiser().keep_momentum(i.potential, i.state, options.tolerance, found);
     }
     result.status = found.status;
@@ -420,7 +429,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
     }
     if (found.status == EquilibriumStatus::converged) {
         i.dissipated += i.potential.dissipation(i.state);
-        i.read_pressure();
+        i.read_effects();
     }
     // v_new = (u_new - u) / dt, before u is overwritten.
     for (std::size_t n = 0; n < count; ++n) {
@@ -552,6 +561,20 @@ void EquilibriumSolver<T>::press(std::span<const SurfaceFace> faces, std::span<c
 }
 
 template <class T>
+void EquilibriumSolver<T>::set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
+    Implementation& i = *implementation_;
+    i.potential.set_obstacles(surface, obstacles);
+    i.stored_by_contact = 0;
+}
+
+template <class T>
+std::vector<ObstacleReading> EquilibriumSolver<T>::obstacle_readings(VectorField<const T> displacement) {
+    Implementation& i = *implementation_;
+    i.body->write(displacement, 1 / i.body->length_unit(), i.state.displacement);
+    return i.potential.contact() ? i.potential.contact()->readings(i.state) : std::vector<ObstacleReading>();
+}
+
+template <class T>
 std::vector<EffectEnergy> EquilibriumSolver<T>::effect_energies() const {
     const Implementation& i = *implementation_;
     std::vector<EffectEnergy> effects;
@@ -560,6 +583,9 @@ std::vector<EffectEnergy> EquilibriumSolver<T>::effect_energies() const {
     }
     if (i.potential.pressure()) {
         effects.push_back({"pressure", i.stored_by_pressure, 0});
+    }
+    if (i.potential.contact()) {
+        effects.push_back({"contact", i.stored_by_contact, 0});
     }
     return effects;
 }
@@ -581,11 +607,15 @@ void EquilibriumSolver<T>::set_effect_memory(std::span<const double> memory) {
         throw std::invalid_argument("memory of effects: " + std::to_string(memory.size()) + " numbers given, " +
                                     std::to_string(expected) + " expected");
     }
+    const double* next = memory.data();
     if (i.stiffness_damping > 0) {
-        i.dissipated = memory.front();
+        i.dissipated = *next++;
     }
     if (i.potential.pressure()) {
-        i.stored_by_pressure = memory.back();
+        i.stored_by_pressure = *next++;
+    }
+    if (i.potential.contact()) {
+        i.stored_by_contact = *next;
     }
 }
 
@@ -601,6 +631,10 @@ void EquilibriumSolver<T>::get_effect_forces(VectorField<const T> displacement, 
     }
     if (const PressurePotential<T>* const pressure = i.potential.pressure(); pressure && pressure->acts()) {
         pressure->add_forces(i.state, f.field);
+    }
+    if (i.potential.contact()) {
+        i.potential.contact()->add_gradient(i.state, scratch.field);
+        i.potential.space().add_multiple(-1, scratch, f);
     }
     i.body->read(f.field, 1, force);
 }

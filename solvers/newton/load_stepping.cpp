@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <vector>
 
 namespace hybmss {
 namespace {
@@ -90,6 +91,36 @@ MinimiserResult LoadStepping<T>::settle(Potential<T>& potential, Preconditioner<
 }
 
 template <class T>
+bool LoadStepping<T>::approach(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                               const MinimiserOptions& limits, EquilibriumResult& work) {
+    constexpr int kSteps = 20;
+    constexpr double kNear = 1e-2;
+    const Body<T>& body = potential.body();
+    const FieldView<T> u{state.displacement};
+    const auto size = [&] { return space_->largest([](const T& x) { return x < 0 ? -x : x; }, u); };
+    const double far = size() + 100 * potential.extent();
+    MinimiserOptions roughly = limits;
+    roughly.tolerance = std::max(limits.tolerance, 1e-3);
+    std::vector<T> from(3 * body.node_count());
+    double strength = 1 / (body.critical_time_step() * body.critical_time_step());
+    for (int step = 0; step < kSteps; ++step, strength /= 10) {
+        body.read(state.displacement, body.length_unit(), VectorField<T>::aos(from.data(), body.node_count()));
+        potential.pull(strength, VectorField<const T>::aos(from.data(), body.node_count()));
+        const MinimiserResult found = minimiser_.minimise(potential, preconditioner, state, roughly);
+        potential.release();
+        work.newton_iterations += found.iterations;
+        work.cg_iterations += found.cg_iterations;
+        if (!(size() < far)) {
+            return false;
+        }
+        if (found.status == EquilibriumStatus::stopped || minimiser_.residual(potential, state) < kNear) {
+            break;
+        }
+    }
+    return true;
+}
+
+template <class T>
 EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
                                           const std::function<void(double fraction)>& prescribe,
                                           const EquilibriumOptions& options, bool near_end) {
@@ -137,7 +168,11 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
         // Turned sections do not go on along a straight line.
         const Turning<T>* const turning = potential.turning();
         const bool direct = turning != nullptr && turning->slender();
-        if (last_step > 0 && turning == nullptr) {
+        // What touched in the last equilibrium holds it in the next one, too.
+        const bool floats = potential.contact() && potential.held_axes() != 7 && (last.fraction == 0 || failed);
+        if (floats) {
+            potential.impose(state);
+        } else if (last_step > 0 && turning == nullptr) {
             const T factor = static_cast<T>((target - last.fraction) / last_step);
             space_->for_each([factor](const T& now, const T& before, T& q) { q = now + factor * (now - before); },
                              last_, before_last_, u);
@@ -163,6 +198,12 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
                 return options.progress(
                     {target, result.load_steps, iteration, result.cg_iterations + cg, residual, energy});
             };
+        }
+        if (floats && !approach(potential, preconditioner, state, limits, result)) {
+            result.status = EquilibriumStatus::unbounded;
+            result.message = "unbounded: obstacles alone do not hold the body, which slides off or falls past them";
+            last.fraction > 0 ? leave(last, last_) : leave_start();
+            break;
         }
         const Saddles saddles = target < 1              ? Saddles::stay
                                 : options.leave_saddles ? Saddles::left

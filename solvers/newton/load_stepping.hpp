@@ -32,6 +32,12 @@ private:
     MinimiserResult settle(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
                            const MinimiserOptions& limits, Saddles saddles, EquilibriumResult& work);
 
+    /// Brings a body that nothing but obstacles holds near its balance, from where its supports are: second derivatives
+    /// do not hold what does not touch yet. By steps of backward Euler without inertia, each ten times as long as the
+    /// one before. Adds to the work done. Returns whether it did not move away without end.
+    bool approach(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
+                  const MinimiserOptions& limits, EquilibriumResult& work);
+
     const VectorSpace<T>* space_;
     TrustRegion<T> minimiser_;
     NodeVector<T> last_, before_last_, first_attempt_;

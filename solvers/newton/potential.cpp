@@ -119,6 +119,64 @@ void Potential<T>::set_pressures(std::span<const double> pressures, std::span<co
 }
 
 template <class T>
+void Potential<T>::set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
+    contact_ = obstacles.empty() ? nullptr : std::make_unique<ContactPotential<T>>(*body_, surface, obstacles);
+    touched_.clear();
+}
+
+template <class T>
+void Potential<T>::move_obstacles(std::span<const RigidPose> poses) {
+    if (contact_ && !poses.empty()) {
+        contact_->move(poses);
+    } else if (!poses.empty()) {
+        throw std::invalid_argument(std::to_string(poses.size()) + " poses given: the body has no obstacles");
+    }
+}
+
+template <class T>
+void Potential<T>::touch(std::span<const TouchedNode> nodes, double factor) {
+    touched_.assign(nodes.begin(), nodes.end());
+    for (TouchedNode& touched : touched_) {
+        for (std::size_t e = 0; e < 6; ++e) {
+            touched.along[e] *= factor;
+            touched.whole[e] *= factor;
+        }
+    }
+}
+
+template <class T>
+void Potential<T>::linearise(State<T>& state, bool contact) {
+    linearised_ = &state;
+    if (contact_) {
+        touched_ = contact ? contact_->second_derivatives(state) : std::vector<TouchedNode>();
+    }
+}
+
+template <class T>
+double Potential<T>::expect(std::vector<ComingTouch> touches, NodeVector<T>& gradient) {
+    const std::vector<ComingTouch> coming =
+        touches.empty() ? std::move(touches) : contact_->coming(std::move(touches), *linearised_);
+    if (coming.empty()) {
+        return -1;
+    }
+    double stored = 0;
+    for (const ComingTouch& touch : coming) {
+        TouchedNode& touched = touched_.emplace_back(TouchedNode{touch.node, {}, {}});
+        add_square(touch.stiffness, touch.normal, touched.along);
+        touched.whole = touched.along;
+        stored += 0.5 * touch.stiffness * touch.gap * touch.gap;
+        for (std::size_t a = 0; a < 3; ++a) {
+            if ((held_[touch.node] >> a & 1) == 0) {
+                const Component<T> g = component(gradient.field, a);
+                g.first[static_cast<std::ptrdiff_t>(places_[touch.node]) * g.stride] +=
+                    static_cast<T>(touch.stiffness * touch.gap * touch.normal[a]);
+            }
+        }
+    }
+    return stored;
+}
+
+template <class T>
 void Potential<T>::pull(double strength, VectorField<const T> towards) {
     if (!(strength >= 0 && std::isfinite(strength))) {
         throw std::invalid_argument("strength of the pull = " + std::to_string(strength) +
@@ -242,7 +300,7 @@ Turning<T>* Potential<T>::turning() {
 
 template <class T>
 int Potential<T>::falling_axis() const {
-    for (std::size_t c = 0; c < 3 && pull_strength_ == 0; ++c) {
+    for (std::size_t c = 0; c < 3 && pull_strength_ == 0 && !contact_; ++c) {
         const bool falls = std::abs(resultant_[c]) > 1e-9 * load_size_[c];
         if (falls && (held_axes() >> c & 1u) == 0) {
             return static_cast<int>(c);
@@ -268,6 +326,11 @@ auto Potential<T>::value(State<T>& state) const -> Value {
         double size = 0;
         value.total += pressure_->value(state, &size) / body_->length_unit();
         value.size += size / body_->length_unit();
+    }
+    if (contact_) {
+        const double contact = contact_->value(state) / body_->length_unit();
+        value.total += contact;
+        value.size += contact;
     }
     if (pull_strength_ > 0) {
         const double pull = space_.sum(
@@ -305,6 +368,9 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
     }
     Balance balance;
     balance.load = largest_load_;
+    if (contact_) {
+        balance.support = contact_->add_gradient(state, gradient.field);
+    }
     for (const Held& held : prescribed_) {
         balance.support =
             std::max(balance.support, std::abs(static_cast<double>(gradient.field[held.array][held.index])));
@@ -330,6 +396,23 @@ void Potential<T>::multiply_body(const NodeVector<T>& p, NodeVector<T>& out, Cur
     if (pressure_ && pressure_->acts() && curvature == Curvature::whole) {
         pressure_->add_product(*linearised_, p.field, out.field);
     }
+    if (!touched_.empty()) {
+        constexpr std::size_t kEntry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+        const Component<const T> from[3] = {component(p.field, 0), component(p.field, 1), component(p.field, 2)};
+        const Component<T> to[3] = {component(out.field, 0), component(out.field, 1), component(out.field, 2)};
+        const std::ptrdiff_t stride = to[0].stride;
+        for (const TouchedNode& touched : touched_) {
+            const Symmetric& block = curvature == Curvature::whole ? touched.whole : touched.along;
+            const std::ptrdiff_t at = stride * static_cast<std::ptrdiff_t>(places_[touched.node]);
+            for (std::size_t i = 0; i < 3; ++i) {
+                double sum = 0;
+                for (std::size_t j = 0; j < 3; ++j) {
+                    sum += block[kEntry[i][j]] * static_cast<double>(from[j].first[at]);
+                }
+                to[i].first[at] += static_cast<T>(sum);
+            }
+        }
+    }
 }
 
 template <class T>
@@ -354,6 +437,13 @@ void Potential<T>::diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature) c
             for (std::size_t n = 0; n < more[e].size(); ++n) {
                 blocks[e][n] += strength * more[e][n];
             }
+        }
+    }
+    for (const TouchedNode& touched : touched_) {
+        constexpr std::size_t kOrder[6] = {0, 3, 4, 1, 5, 2}; // xx, xy, xz, yy, yz, zz
+        const Symmetric& block = curvature == Curvature::whole ? touched.whole : touched.along;
+        for (std::size_t e = 0; e < 6; ++e) {
+            blocks[kOrder[e]][places_[touched.node]] += static_cast<T>(block[e]);
         }
     }
 }

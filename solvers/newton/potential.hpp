@@ -2,6 +2,7 @@
 
 #include "hybmss/explicit_dynamics.hpp"
 #include "solvers/newton/body_geometry.hpp"
+#include "solvers/newton/contact_potential.hpp"
 #include "solvers/newton/pressure_potential.hpp"
 #include "solvers/newton/turning.hpp"
 #include "solvers/newton/vector_space.hpp"
@@ -23,11 +24,11 @@ struct Balance {
 
 /// The potential that a body's equilibrium minimises over its free components:
 ///
-///     P(u) = W(u) - f . u + sum p V(u) + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
+///     P(u) = W(u) + O(u) - f . u + sum p V(u) + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
 ///
-/// with the body's energy W, dead nodal loads f (gravity among them), pressures p on the surfaces of volumes V, and a
-/// pull of the strength a (1/s^2) towards given displacements v, by which backward Euler is a minimiser too: with v_n
-/// the velocity, c the mass damping and dt the step,
+/// with the body's energy W, that of contact with obstacles O, dead nodal loads f (gravity among them), pressures p on
+/// the surfaces of volumes V, and a pull of the strength a (1/s^2) towards given displacements v, by which backward
+/// Euler is a minimiser too: with v_n the velocity, c the mass damping and dt the step,
 ///
 ///     a = 1/dt^2 + c/dt,   a v = (u_n + dt v_n)/dt^2 + c u_n/dt,   gravity and loads as dead loads.
 ///
@@ -55,6 +56,16 @@ public:
     void set_pressures(std::span<const double> pressures, std::span<const PrescribedNode> held);
     /// Null without faces.
     const PressurePotential<T>* pressure() const { return pressure_.get(); }
+    /// Replaces the obstacles and what may touch them; none for none.
+    void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles);
+    /// Where the obstacles are; empty: where they were.
+    void move_obstacles(std::span<const RigidPose> poses);
+    /// Null without obstacles.
+    const ContactPotential<T>* contact() const { return contact_.get(); }
+    /// Contact as another potential of the same nodes has it, in its second derivatives alone, by a factor.
+    void touch(std::span<const TouchedNode> nodes, double factor);
+    /// What touches at the last linearisation.
+    std::span<const TouchedNode> touched() const { return touched_; }
     /// Replaces the pull: its strength a in 1/s^2, >= 0, and the displacements v in m, one a node.
     void pull(double strength, VectorField<const T> towards);
     void release() {
@@ -105,16 +116,23 @@ public:
     /// The derivatives with respect to the free components; zero elsewhere.
     Balance gradient(State<T>& state, NodeVector<T>& gradient) const;
 
-    /// Takes second derivatives at `state`, which must stay as it is while they are used.
-    void linearise(State<T>& state) { linearised_ = &state; }
+    /// Takes second derivatives at `state`, which must stay as it is while they are used. `contact`: of contact too.
+    void linearise(State<T>& state, bool contact = true);
+    /// What touches at a state; nothing without obstacles.
+    std::vector<ComingTouch> touches(const State<T>& state) const {
+        return contact_ ? contact_->touches(state) : std::vector<ComingTouch>();
+    }
+    /// Of these what does not touch at the last linearisation counts as a spring each until the next one: adds their
+    /// derivatives to `gradient`, and returns what they store, N; negative where there is none.
+    double expect(std::vector<ComingTouch> touches, NodeVector<T>& gradient);
     /// The displacements of the last linearisation.
     const NodeField<T>& displacement() const { return linearised_->displacement; }
     /// out = second derivatives times p at the last linearisation; zero on held components, where p need not be.
     void multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature = Curvature::whole) const;
     /// The same without the pull, and with whatever it is on held components.
     void multiply_body(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature) const;
-    /// The diagonal 3x3 blocks of the body's second derivatives there, without the pull, with the damping: xx, yy, zz,
-    /// xy, xz, yz by places in the layout.
+    /// The diagonal 3x3 blocks of the body's second derivatives there, without the pull, with damping and contact: xx,
+    /// yy, zz, xy, xz, yz by places in the layout.
     void diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature = Curvature::whole) const;
 
     VolumeRatios volume_ratios(const State<T>& state) const { return volumes_.ratios(state); }
@@ -158,6 +176,8 @@ private:
     bool loaded_ = false;
     std::unique_ptr<Damping> damping_;
     std::unique_ptr<PressurePotential<T>> pressure_;
+    std::unique_ptr<ContactPotential<T>> contact_;
+    std::vector<TouchedNode> touched_; ///< at the last linearisation
     double pull_strength_ = 0;
     std::vector<double> pull_stiffness_;
     double largest_load_ = 0;

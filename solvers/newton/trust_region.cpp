@@ -168,6 +168,8 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
     };
     double radius = kInfinite, fresh_rate = 0; // in the preconditioner's norm
     bool renew = !options.preconditioner_is_made;
+    bool expecting = false; // touches that the step before would have made, and what their springs store at first
+    double stored = 0;
     // Bodies whose sections turn are far for another reason: longer or less exact steps twist them beyond what cells
     // hold. And a step of time is held near its start by masses: what curves downwards there is on the way.
     const bool straight = potential.turning() == nullptr;
@@ -200,7 +202,10 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
             return result;
         }
 
-        potential.linearise(state);
+        if (!expecting) {
+            potential.linearise(state);
+        }
+        const NodeVector<T>& slope = expecting ? trial_gradient_ : gradient_; // of the model
         const bool fresh = renew;
         if (renew) {
             preconditioner.update(potential);
@@ -215,12 +220,12 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
                         .curvature = convex && result.residual > kFar ? Curvature::convex : Curvature::whole,
                         .length = kFirstStep * potential.length(),
                         .progress = cg_progress};
-        CgResult cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+        CgResult cg = cg_.solve(potential, preconditioner, slope, limits, step_);
         result.cg_iterations += cg.iterations;
         if (limits.curvature == Curvature::convex && cg.negative_curvature) {
             convex = false; // below nu = 1/4 the volume's energy is not
             limits.curvature = Curvature::whole;
-            cg = cg_.solve(potential, preconditioner, gradient_, limits, step_);
+            cg = cg_.solve(potential, preconditioner, slope, limits, step_);
             result.cg_iterations += cg.iterations;
         }
         if (cg.end == CgEnd::stopped) {
@@ -242,11 +247,12 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         if (Turning<T>* const turning = potential.turning()) {
             turn = turning->fit(state, step_);
             if (turn > kMostTurn) {
-                shorten(kMostTurn / turn, space_->dot(gradient_, step_), cg);
+                shorten(kMostTurn / turn, space_->dot(slope, step_), cg);
                 space_->for_each([by = static_cast<T>(kMostTurn / turn)](T& p) { p *= by; }, step_);
                 turn = turning->fit(state, step_);
             }
         }
+        cg.predicted_reduction -= expecting ? stored : 0;
         const double longest = space_->largest_component(step_);
         const double size = space_->largest([](const T& x) { return x < 0 ? -x : x; }, u);
         if (!(longest > 0.25 * kEpsilon * size) &&
@@ -277,7 +283,18 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
         } else {
             stalls = 0;
         }
-        if (!(ratio >= kPoor) && !(drowned && accepted)) {
+        // What a step presses on that does not touch yet, the model is told of once, before steps become shorter.
+        const std::vector<ComingTouch> touches =
+            accepted || expecting ? std::vector<ComingTouch>() : potential.touches(state);
+        if (!accepted) {
+            space_->copy(before_, mutable_u);
+            space_->copy(gradient_, trial_gradient_);
+            stored = potential.expect(touches, trial_gradient_);
+        }
+        expecting = !accepted && stored >= 0;
+        if (expecting) {
+            renew = true;
+        } else if (!(ratio >= kPoor) && !(drowned && accepted)) {
             radius = cg.step_norm * std::min(0.25, potential.extent() / longest);
         } else if (ratio > kGood && cg.end != CgEnd::converged) {
             radius = 2 * std::max(std::isfinite(radius) ? radius : 0.0, cg.step_norm);
@@ -285,7 +302,6 @@ MinimiserResult TrustRegion<T>::minimise(Potential<T>& potential, Preconditioner
             radius = cg.step_norm;
         }
         if (!accepted) {
-            space_->copy(before_, mutable_u);
             if (stalls >= 4) {
                 result.status = without_descent();
                 return result;

@@ -355,5 +355,65 @@ TEST(ContactExamples, a_cube_drops) {
     EXPECT_TRUE(summary.warnings.empty());
 }
 
+/// A cube between a ball and a lid that comes down: at rest where steps in time bring it.
+TEST(StaticObstacles, end_where_steps_in_time_come_to_rest) {
+    const std::string text = kCube +
+                             "[[fix]]\nwhere = \"y-max\"\naxes = \"xz\"\n[gravity]\nacceleration = [0, -9, 0]\n"
+                             "[[obstacle]]\nname = \"ball\"\nsphere = {center = [0.2, -0.3, 0.2], radius = 0.3}\n"
+                             "[[obstacle]]\nname = \"lid\"\nplane = {point = [0, 0.4, 0], normal = [0, -1, 0]}\n"
+                             "translate = [0, -0.05, 0]\nover = 0.2\n[damping]\nmass = 30\n";
+    const double weight = 0.064 * 1000 * 9;
+    std::map<std::string, double> ball;
+    for (const std::string method : {"static", "backward-euler", "leapfrog"}) {
+        const std::string solver = method == "static" ? "" : "duration = 2\n";
+        Simulation simulation(parse_scene(text + "[solver]\nmethod = \"" + method + "\"\n" + solver, "s.toml"));
+        const Summary summary = simulation.run();
+        EXPECT_EQ(summary.failure, "") << method;
+        EXPECT_TRUE(summary.converged) << method;
+        ASSERT_EQ(summary.obstacles.size(), 2u);
+        const ObstacleReading &below = summary.obstacles[0].reading, &above = summary.obstacles[1].reading;
+        EXPECT_NEAR(below.force[1] + above.force[1], weight, 3e-3 * below.force[1]) << method;
+        EXPECT_GT(above.force[1], -3 * below.force[1]);
+        EXPECT_LT(above.force[1], -weight) << method;
+        EXPECT_NEAR(simulation.obstacle_poses()[1].position[1], 0.35, 1e-12);
+        ball[method] = below.force[1];
+        for (const EffectEnergy& effect : summary.energies.effects) {
+            EXPECT_EQ(effect.name, "contact");
+            EXPECT_GT(effect.stored, 0);
+        }
+        EXPECT_EQ(summary.energies.effects.size(), 1u) << method;
+    }
+    EXPECT_NEAR(ball["backward-euler"], ball["static"], 2e-3 * ball["static"]);
+    EXPECT_NEAR(ball["leapfrog"], ball["static"], 2e-3 * ball["static"]);
+}
+
+/// Stopped at each step and gone on with: the same bits.
+TEST(StaticObstacles, implicit_steps_go_on_from_a_checkpoint) {
+    const test::TemporaryDirectory directory;
+    const std::string file = directory.path() / "checkpoint";
+    const Scene scene =
+        parse_scene(kCube + "[gravity]\nacceleration = [0, -9, 0]\n"
+                            "[[obstacle]]\nplane = {point = [0, -0.01, 0], normal = [0, 1, 0]}\n"
+                            "[solver]\nmethod = \"backward-euler\"\nduration = 0.12\ntime_step = 0.02\n",
+                    "s.toml");
+    Simulation whole(scene);
+    whole.run();
+    Simulation parts(scene);
+    RunCallbacks callbacks;
+    callbacks.checkpoint = [&] {
+        parts.write_checkpoint(file);
+        return false;
+    };
+    Summary end = parts.run(callbacks);
+    int stops = 0;
+    for (; end.interrupted; end = parts.run(callbacks), ++stops) {
+        parts = Simulation::restarted(Scene(scene), {}, file);
+    }
+    EXPECT_GT(stops, 3);
+    EXPECT_EQ(parts.displacements(), whole.displacements());
+    EXPECT_GT(end.obstacles.at(0).reading.nodes, 0u);
+    EXPECT_EQ(end.obstacles[0].reading.force, whole.obstacles()[0].reading.force);
+}
+
 } // namespace
 } // namespace hybmss
