@@ -170,15 +170,13 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
         const bool direct = turning != nullptr && turning->slender();
         // What touched in the last equilibrium holds it in the next one, too.
         const bool floats = potential.contact() && potential.held_axes() != 7 && (last.fraction == 0 || failed);
-        if (floats) {
-            potential.impose(state);
-        } else if (last_step > 0 && turning == nullptr) {
+        if (!floats && last_step > 0 && turning == nullptr) {
             const T factor = static_cast<T>((target - last.fraction) / last_step);
             space_->for_each([factor](const T& now, const T& before, T& q) { q = now + factor * (now - before); },
                              last_, before_last_, u);
             potential.impose(state);
-        } else if (near_end) {
-            // Newton's method is as good as a first answer there, and makes matrices once.
+        } else if (floats || near_end) {
+            // Near the end Newton's method is as good as a first answer, and makes matrices once.
             potential.impose(state);
         } else {
             std::function<bool(int)> progress;
