@@ -5,7 +5,7 @@
 namespace hybmss {
 namespace {
 
-using Matrix = std::array<std::array<float, 8>, 8>; ///< over corners
+using CornerMatrix = std::array<std::array<float, 8>, 8>; ///< over corners
 
 /// The same term with rows and columns exchanged: V_ef^T = V_fe, likewise G_ik.
 std::size_t transposed(std::size_t term) {
@@ -18,8 +18,8 @@ std::size_t transposed(std::size_t term) {
     return term;
 }
 
-Matrix unfolded(const CellPattern& pattern, std::size_t term) {
-    Matrix matrix;
+CornerMatrix unfolded(const CellPattern& pattern, std::size_t term) {
+    CornerMatrix matrix;
     for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
         matrix[a][b] = pattern.factor[pair][term];
         matrix[b][a] = pattern.factor[pair][transposed(term)];
@@ -28,7 +28,7 @@ Matrix unfolded(const CellPattern& pattern, std::size_t term) {
 }
 
 /// spread_half() of one number a block.
-void spread(Matrix& matrix, std::size_t axis, bool high) {
+void spread(CornerMatrix& matrix, std::size_t axis, bool high) {
     const std::size_t bit = std::size_t{1} << axis;
     for (std::size_t corner = 0; corner < 8; ++corner) {
         if (corner & bit) {
@@ -158,12 +158,12 @@ int CellPatterns::merged(unsigned axes, const std::array<int, 8>& cells) {
     }
     CellPattern pattern = patterns_[kVoid];
     for (std::size_t term = 0; term < CellPattern::kTerms; ++term) {
-        Matrix sum{};
+        CornerMatrix sum{};
         for (std::size_t cell = 0; cell < 8; ++cell) {
             if (cells[cell] == kVoid) {
                 continue;
             }
-            Matrix matrix = unfolded((*this)[cells[cell]], term);
+            CornerMatrix matrix = unfolded((*this)[cells[cell]], term);
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 if (axes >> axis & 1u) {
                     spread(matrix, axis, cell >> axis & 1);
