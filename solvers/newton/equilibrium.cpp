@@ -406,7 +406,7 @@ EquilibriumResult EquilibriumSolver<T>::step(const Loading& loading, double time
         };
     }
     MinimiserResult found = i.stepping.minimiser().minimise(i.potential, preconditioner, i.state, limits);
-    if (found.status == EquilibriumStatus::converged && !i.potential.contact()) {
+    if (found.status == EquilibriumStatus::converged) {
         i.stepping.minimiser().keep_momentum(i.potential, i.state, options.tolerance, found);
     }
     result.status = found.status;

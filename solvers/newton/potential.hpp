@@ -84,7 +84,7 @@ public:
     /// The axes along which something is held, by bits.
     unsigned held_axes() const;
     /// Of a body that is pulled: along the other axes, moves all nodes alike so that the gradient, which is given,
-    /// comes to zero as a sum. Such a move changes nothing but the pull.
+    /// comes to zero as a sum. Such a move changes nothing but the pull, and what touches obstacles.
     void balance_as_a_whole(const NodeVector<T>& gradient, State<T>& state) const;
     /// step = prescribed - present displacement on held components, zero on free ones.
     void prescribed_step(const State<T>& state, NodeVector<T>& step) const;

@@ -245,7 +245,7 @@ TEST(StaticContact, steps_in_time_come_to_rest_at_the_same_equilibrium) {
                 s.readings[0].force[1], 1e-4 * weight);
 }
 
-/// Coarse levels know what touches: a body that is held by its contact alone takes few more iterations on fine meshes.
+/// Coarse levels know what touches. (Where they do not, 16^3 cells take some 120 iterations in place of 40.)
 TEST(StaticContact, multigrid_knows_what_touches) {
     long iterations[2] = {};
     for (const int size : {8, 16}) {
@@ -264,25 +264,29 @@ TEST(StaticContact, multigrid_knows_what_touches) {
         EXPECT_NEAR(s.readings[0].force[1], -s.readings[1].force[1], 1e-4 * s.readings[0].force[1]);
         iterations[size / 16] = s.result.cg_iterations;
     }
-    EXPECT_LT(iterations[1], 2 * iterations[0] + 10);
+    EXPECT_LT(iterations[1], 75);
 }
 
-/// A ball pressed into a held block by a quarter of its height at once: what a step would press on is told the next
-/// one.
+/// A ball pressed into a held block by a fifth of its height at once: what a step would press on is told the next one.
+/// (Without that it takes 7 load steps.)
 TEST(StaticContact, touches_are_foreseen) {
-    const Lattice lattice = Lattice::box(8, 8, 8, kCellSize);
-    const Obstacle ball = {.shape = SphereShape{0.4}, .pose = at({0.4, 1.0, 0.4})};
-    Loading loading;
+    const Lattice lattice = Lattice::box(12, 12, 12, 0.01);
+    const Obstacle ball = {.shape = SphereShape{0.05}, .pose = at({0.06, 0.146, 0.06})};
+    Loading loading{.supports = {}, .forces = {}, .acceleration = {0, -9.81, 0}};
     for (std::uint32_t node = 0; node < lattice.nodes().size(); ++node) {
         if (lattice.rest_position(node)[1] == 0) {
             loading.supports.push_back({node, 7});
         }
     }
-    const Solved s = solved(lattice, std::array{ball}, loading);
-    ASSERT_EQ(s.result.status, EquilibriumStatus::converged) << s.result.message;
-    EXPECT_EQ(s.result.load_steps, 1);
-    EXPECT_LT(s.result.newton_iterations, 40);
-    EXPECT_GT(s.readings[0].nodes, 20u);
+    EquilibriumSolver<double> solver(lattice, {1e4, 0.45, 1000, 1});
+    solver.set_obstacles(surface_nodes(lattice), std::array{ball});
+    std::vector<double> u(3 * solver.node_count(), 0.0);
+    const EquilibriumResult result =
+        solver.solve(loading, VectorField<double>::aos(u.data(), solver.node_count()), to(1e-8));
+    ASSERT_EQ(result.status, EquilibriumStatus::converged) << result.message;
+    EXPECT_EQ(result.load_steps, 1);
+    EXPECT_LT(result.newton_iterations, 30);
+    EXPECT_EQ(solver.obstacle_readings(VectorField<const double>::aos(u.data(), solver.node_count()))[0].nodes, 29u);
 }
 
 TEST(StaticContact, has_the_same_bits_with_any_number_of_threads) {
