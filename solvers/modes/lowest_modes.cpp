@@ -232,7 +232,8 @@ Eigenpairs lowest(const Pencil& pencil, Index components, Index count, const Mod
             basis << found.shapes, steps, before;
             basis = fresh(basis);
             const MatrixXd a = pencil.a(basis), b = pencil.b ? pencil.b(basis) : MatrixXd();
-            const MatrixXd small_a = basis.transpose() * a, small_b = basis.transpose() * b;
+            const MatrixXd small_a = basis.transpose() * a;
+            const MatrixXd small_b = pencil.b ? MatrixXd(basis.transpose() * b) : MatrixXd();
             const auto [values, vectors] = solve_densely(small_a, pencil.b ? &small_b : nullptr);
             const MatrixXd mix = vectors.leftCols(block);
             found.values = values.head(block);
