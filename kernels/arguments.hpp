@@ -15,6 +15,9 @@ namespace hybmss::kernels {
 
 enum class Volume { none, quadratic, mean_stretch };
 
+/// Where the pressure kappa phi'(J) of a polyhedron comes from: its own volume, or the mean of its nodes'.
+enum class Pressure { quadratic, mean_stretch, of_nodes };
+
 using hybmss::Accuracy;
 
 /// What a lattice layer does with a vector of nodes whose force is complete: leave it in `partial`, or integrate in
@@ -235,6 +238,17 @@ struct PackedHessian {
     const T* direction;
     T* product; ///< N; added to
     StiffeningConstants<T> stiffening;
+};
+
+/// Volumes of nodes, m^3, and what follows from them, at the first element of a node's displacement.
+template <class T>
+struct NodalVolumeArrays {
+    T* dilation;        ///< V' - V0
+    T* dilation_change; ///< its change by a direction
+    T* pressure;        ///< kappa phi'(J)
+    T* pressure_change;
+    const T* kappa;
+    const T* inverse_volume; ///< 1 / V0
 };
 
 /// The diagonal blocks of a network's nodes, N/m, an array for each entry; added to.

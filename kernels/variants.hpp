@@ -36,6 +36,9 @@ using WithNormals = Axis<false, true>;
 using Driven = Axis<false, true>; ///< by gravity or damping
 using Accuracies = Axis<Accuracy::fast, Accuracy::accurate, Accuracy::exact>;
 using Volumes = Axis<Volume::none, Volume::quadratic, Volume::mean_stretch>;
+using NodeCounts = Axis<4, 5, 6>; ///< of tetrahedra, pyramids, prisms
+using Pressures = Axis<Pressure::quadratic, Pressure::mean_stretch, Pressure::of_nodes>;
+using WithDirection = Axis<false, true>;
 /// Of kernels that are there for the volume alone.
 using VolumeEnergies = Axis<Volume::quadratic, Volume::mean_stretch>;
 using Laws = Axis<SpringLaw::elastic, SpringLaw::damping, SpringLaw::stiffening, SpringLaw::stiffening_tangent>;

@@ -58,6 +58,58 @@ Cell make_cell(const std::vector<Vector3d>& rest, const std::array<int, 8>& node
     return {nodes, mean_edges(corners), cell_kappa};
 }
 
+/// Each face's nodes counter-clockwise seen from outside.
+Polyhedron make_polyhedron(const std::vector<Vector3d>& rest, const Network::Polyhedron& given) {
+    using Faces = std::vector<std::vector<std::size_t>>;
+    const Faces faces = given.shape == CellShape::tetrahedron ? Faces{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}
+                        : given.shape == CellShape::pyramid
+                            ? Faces{{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}
+                            : Faces{{0, 2, 1}, {3, 4, 5}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}};
+    Polyhedron polyhedron;
+    polyhedron.nodes.assign(given.nodes.begin(), given.nodes.begin() + static_cast<std::ptrdiff_t>(given.shape));
+    for (const std::vector<std::size_t>& f : faces) {
+        if (f.size() == 3) {
+            polyhedron.triangles.push_back({{f[0], f[1], f[2]}, 1});
+            continue;
+        }
+        for (std::size_t corner = 0; corner < 4; ++corner) {
+            polyhedron.triangles.push_back({{f[corner], f[(corner + 1) % 4], f[(corner + 2) % 4]}, 0.5});
+        }
+    }
+    std::vector<Vector3d> corners;
+    for (const int node : polyhedron.nodes) {
+        corners.push_back(rest[static_cast<std::size_t>(node)]);
+    }
+    polyhedron.rest_volume = polyhedron_volume(polyhedron, corners);
+    return polyhedron;
+}
+
+/// Of each polyhedron by itself, or of the nodes, each with equal parts of the volumes around it.
+std::vector<VolumeSum> volume_sums(const Body& body, const Network& network) {
+    std::vector<VolumeSum> sums;
+    if (!network.nodal_volumes) {
+        for (std::size_t p = 0; p < body.polyhedra.size(); ++p) {
+            sums.push_back({{{p, 1.0}}, body.polyhedra[p].rest_volume, network.polyhedra[p].kappa});
+        }
+        return sums;
+    }
+    sums.assign(body.rest.size(), VolumeSum{{}, 0, 0});
+    for (std::size_t p = 0; p < body.polyhedra.size(); ++p) {
+        const double share = 1.0 / static_cast<double>(body.polyhedra[p].nodes.size());
+        for (const int node : body.polyhedra[p].nodes) {
+            VolumeSum& sum = sums[static_cast<std::size_t>(node)];
+            sum.parts.push_back({p, share});
+            sum.rest_volume += share * body.polyhedra[p].rest_volume;
+            sum.kappa += share * body.polyhedra[p].rest_volume * network.polyhedra[p].kappa; // by volume: divided below
+        }
+    }
+    std::erase_if(sums, [](const VolumeSum& sum) { return sum.parts.empty(); });
+    for (VolumeSum& sum : sums) {
+        sum.kappa /= sum.rest_volume;
+    }
+    return sums;
+}
+
 } // namespace
 
 VolumeEnergy resolve_volume_energy(const Material& material) {
@@ -173,10 +225,14 @@ Body assemble(const Network& network) {
                                      {s * patterns.bending, s * patterns.coupling * patterns.bending,
                                       s * patterns.twist, s * patterns.joint_twist, s * patterns.fourth}});
     }
-    if (network.volume_energy == VolumeEnergy::none || network.cells.empty()) {
+    if (network.volume_energy == VolumeEnergy::none || (network.cells.empty() && network.polyhedra.empty())) {
         return body;
     }
     body.volume_energy = network.volume_energy;
+    for (const Network::Polyhedron& given : network.polyhedra) {
+        body.polyhedra.push_back(make_polyhedron(body.rest, given));
+    }
+    body.volume_sums = volume_sums(body, network);
     for (const Network::Cell& cell : network.cells) {
         body.cells.push_back(make_cell(body.rest, cell.nodes, cell.kappa));
     }

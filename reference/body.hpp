@@ -32,6 +32,29 @@ struct Cell {
     double crush = 0, crush_ratio = 0; ///< G beta in Pa, and J0: of what resists being crushed
 };
 
+/// A tetrahedron, pyramid or prism as pieces of its exact volume: V' = sum of weight/6 (x_i - x_0) . [(x_j - x_0) x
+/// (x_k - x_0)] over triangles i j k of its faces, counter-clockwise seen from outside; a face of four nodes is the
+/// mean of its two divisions.
+struct Polyhedron {
+    struct Triangle {
+        std::array<std::size_t, 3> corners;
+        double weight;
+    };
+    std::vector<int> nodes;
+    std::vector<Triangle> triangles;
+    double rest_volume; ///< m^3
+};
+
+/// Volumes that are one to the energy kappa V0 phi(V'/V0): of a polyhedron; or the parts that polyhedra give a node.
+struct VolumeSum {
+    struct Part {
+        std::size_t polyhedron;
+        double share;
+    };
+    std::vector<Part> parts;
+    double rest_volume, kappa;
+};
+
 /// The springs of a cube of HybMSS-M on its mean edges a, b, c, and what holds the patterns that these do not see.
 struct MeanSprings {
     std::array<int, 8> nodes;
@@ -46,6 +69,8 @@ struct Body {
     std::vector<Spring> springs;
     std::vector<MeanSprings> mean_springs; ///< of SpringForm::means
     std::vector<Cell> cells;               ///< those with a volume energy, or that resist being crushed
+    std::vector<Polyhedron> polyhedra;
+    std::vector<VolumeSum> volume_sums; ///< of polyhedra
     /// `automatic`: of every cell by itself, quadratic where its kappa is at least 0, mean stretch below.
     VolumeEnergy volume_energy = VolumeEnergy::none;
     SpringStiffening stiffening = {}; ///< of all springs

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace hybmss::reference {
 namespace {
@@ -66,6 +68,122 @@ auto block_of(const Matrix24d& matrix, std::size_t i, std::size_t j) {
     return matrix.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
 }
 
+std::vector<Vector3d> at_corners(const Polyhedron& polyhedron, std::span<const Vector3d> field) {
+    std::vector<Vector3d> corners;
+    for (const int node : polyhedron.nodes) {
+        corners.push_back(field[index(node)]);
+    }
+    return corners;
+}
+
+/// What a sum of volumes is at displacements u: its J - 1, and the size of the terms of that.
+VolumeChange ratio_change(const Body& body, const VolumeSum& sum, std::span<const Vector3d> u) {
+    VolumeChange ratio{0, 0};
+    for (const auto& [p, share] : sum.parts) {
+        const Polyhedron& polyhedron = body.polyhedra[p];
+        const VolumeChange part =
+            polyhedron_volume_change(polyhedron, at_corners(polyhedron, body.rest), at_corners(polyhedron, u));
+        ratio.change += share * part.change / sum.rest_volume;
+        ratio.size += share * part.size / sum.rest_volume;
+    }
+    return ratio;
+}
+
+std::vector<Vector3d> positions(const Body& body, std::span<const Vector3d> u) {
+    std::vector<Vector3d> x(body.rest);
+    for (std::size_t n = 0; n < x.size(); ++n) {
+        x[n] += u[n];
+    }
+    return x;
+}
+
+/// d (sum of the shares of V') / dx, by nodes.
+std::vector<std::pair<int, Vector3d>> gradient_of(const Body& body, const VolumeSum& sum, std::span<const Vector3d> x) {
+    std::map<int, Vector3d> gradient;
+    for (const auto& [p, share] : sum.parts) {
+        const Polyhedron& polyhedron = body.polyhedra[p];
+        const std::vector<Vector3d> part = polyhedron_gradient(polyhedron, at_corners(polyhedron, x));
+        for (std::size_t c = 0; c < part.size(); ++c) {
+            gradient.try_emplace(polyhedron.nodes[c], Vector3d::Zero()).first->second += share * part[c];
+        }
+    }
+    return {gradient.begin(), gradient.end()};
+}
+
+/// visit(node i, node j, block) of the second derivatives of the polyhedra's energy: of each sum of volumes kappa
+/// phi''/V0 g_i g_j^T, and kappa phi' d^2 V'/dx_i dx_j of its parts.
+template <class Visit>
+void for_each_volume_block(const Body& body, std::span<const Vector3d> u, const Visit& visit) {
+    const std::vector<Vector3d> x = positions(body, u);
+    for (const VolumeSum& sum : body.volume_sums) {
+        const double j = ratio_change(body, sum, u).change;
+        const double slope = sum.kappa * phi_derivative(body.volume_energy, j);
+        const double along = sum.kappa * phi_second_derivative(body.volume_energy, j) / sum.rest_volume;
+        const auto gradient = gradient_of(body, sum, x);
+        for (const auto& [row, of_row] : gradient) {
+            for (const auto& [column, of_column] : gradient) {
+                visit(row, column, Matrix3d(along * of_row * of_column.transpose()));
+            }
+        }
+        for (const auto& [p, share] : sum.parts) {
+            const Polyhedron& polyhedron = body.polyhedra[p];
+            const Eigen::MatrixXd hessian = polyhedron_hessian(polyhedron, at_corners(polyhedron, x));
+            for (std::size_t a = 0; a < polyhedron.nodes.size(); ++a) {
+                for (std::size_t b = 0; b < polyhedron.nodes.size(); ++b) {
+                    const Matrix3d block =
+                        hessian.block<3, 3>(static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b));
+                    visit(polyhedron.nodes[a], polyhedron.nodes[b], Matrix3d(slope * share * block));
+                }
+            }
+        }
+    }
+}
+
+/// Adds the sizes that rounding of polyhedra's forces, or of their products with p, goes by: of each sum of volumes
+/// with phi's derivatives f1, f2, f3, the size j* of the terms of j, and l the longest edge from node 0
+///
+///     forces     |kappa| (|f1| + |f2| j*) l^2
+///     products   |kappa| (|f2| + |f3| j*) dV*/V0 l^2 + |kappa| (|f1| + |f2| j*) dp* l
+void add_volume_scales(const Body& body, std::span<const Vector3d> u, const std::span<const Vector3d>* p,
+                       std::vector<double>& sums) {
+    const std::vector<Vector3d> x = positions(body, u);
+    for (const VolumeSum& sum : body.volume_sums) {
+        const VolumeChange ratio = ratio_change(body, sum, u);
+        const double kappa = std::abs(sum.kappa);
+        const double first = std::abs(phi_derivative(body.volume_energy, ratio.change));
+        const double second = std::abs(phi_second_derivative(body.volume_energy, ratio.change));
+        const double third = std::abs(phi_third_derivative(body.volume_energy, ratio.change));
+        double volume_change = 0;
+        for (const auto& [part, share] : sum.parts) {
+            const std::vector<Vector3d> corners = at_corners(body.polyhedra[part], x);
+            const std::vector<Vector3d> along =
+                p ? at_corners(body.polyhedra[part], *p) : std::vector<Vector3d>(corners.size(), Vector3d::Zero());
+            for (const auto& [at, weight] : body.polyhedra[part].triangles) {
+                for (std::size_t e = 0; e < 3; ++e) {
+                    volume_change += share * weight / 6 * (along[at[e]] - along[0]).norm() *
+                                     (corners[at[(e + 1) % 3]] - corners[0]).norm() *
+                                     (corners[at[(e + 2) % 3]] - corners[0]).norm();
+                }
+            }
+        }
+        for (const auto& [part, share] : sum.parts) {
+            const Polyhedron& polyhedron = body.polyhedra[part];
+            const std::vector<Vector3d> corners = at_corners(polyhedron, x);
+            double length = 0, change = 0;
+            for (std::size_t c = 1; c < corners.size(); ++c) {
+                length = std::max(length, (corners[c] - corners[0]).norm());
+                change += p ? ((*p)[index(polyhedron.nodes[c])] - (*p)[index(polyhedron.nodes[0])]).norm() : 0;
+            }
+            const double size = p ? (second + third * ratio.size) * volume_change / sum.rest_volume * length * length +
+                                        (first + second * ratio.size) * change * length
+                                  : (first + second * ratio.size) * length * length;
+            for (const int node : polyhedron.nodes) {
+                sums[index(node)] += kappa * share * size;
+            }
+        }
+    }
+}
+
 /// visit(a cell's nodes, the second derivatives of its energy): its volume's, and those of springs on its means.
 template <class Visit>
 void for_each_cell_hessian(const Body& body, std::span<const Vector3d> u, const Visit& visit) {
@@ -93,7 +211,15 @@ Energy energy(const Body& body, std::span<const Vector3d> u) {
     for (const MeanSprings& cell : body.mean_springs) {
         sum.springs += mean_spring_energy(body.stiffening, cell, gather(cell, u));
     }
+    for (const VolumeSum& volumes : body.volume_sums) {
+        sum.volume += volume_sum_energy(body, volumes, u);
+    }
     return sum;
+}
+
+// kappa V0 phi(J)
+double volume_sum_energy(const Body& body, const VolumeSum& volumes, std::span<const Vector3d> u) {
+    return volumes.kappa * volumes.rest_volume * phi(body.volume_energy, ratio_change(body, volumes, u).change);
 }
 
 // f = -dW/du
@@ -114,6 +240,13 @@ std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u) {
     }
     for (const MeanSprings& cell : body.mean_springs) {
         add(cell.nodes, mean_spring_forces(body.stiffening, cell, gather(cell, u)));
+    }
+    const std::vector<Vector3d> x = positions(body, u);
+    for (const VolumeSum& sum : body.volume_sums) {
+        const double slope = sum.kappa * phi_derivative(body.volume_energy, ratio_change(body, sum, u).change);
+        for (const auto& [node, gradient] : gradient_of(body, sum, x)) {
+            f[index(node)] -= slope * gradient;
+        }
     }
     return f;
 }
@@ -180,7 +313,7 @@ double trilinear_volume(const Corners& x) {
 }
 
 std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {
-    return sums_at_nodes(
+    std::vector<double> sums = sums_at_nodes(
         body,
         [&](const Spring& s) {
             const Vector3d du = relative(s, u);
@@ -189,6 +322,8 @@ std::vector<double> force_scale(const Body& body, std::span<const Vector3d> u) {
         },
         [&](const Cell& cell) { return cell_force_scale(body.volume_energy, cell, gather(cell, u)); },
         [&](const MeanSprings& cell) { return mean_spring_force_scale(body.stiffening, cell, gather(cell, u)); });
+    add_volume_scales(body, u, nullptr, sums);
+    return sums;
 }
 
 // K p, block by block: a spring gives +-H (p_b - p_a), a cell its 24 x 24 block times its corners' p
@@ -206,11 +341,13 @@ std::vector<Vector3d> hessian_product(const Body& body, std::span<const Vector3d
             }
         }
     });
+    for_each_volume_block(
+        body, u, [&](int row, int column, const Matrix3d& block) { product[index(row)] += block * p[index(column)]; });
     return product;
 }
 
 std::vector<double> hessian_product_scale(const Body& body, std::span<const Vector3d> u, std::span<const Vector3d> p) {
-    return sums_at_nodes(
+    std::vector<double> sums = sums_at_nodes(
         body,
         [&](const Spring& s) {
             const Vector3d du = relative(s, u), dp = relative(s, p);
@@ -223,6 +360,8 @@ std::vector<double> hessian_product_scale(const Body& body, std::span<const Vect
         [&](const MeanSprings& cell) {
             return mean_spring_product_scale(body.stiffening, cell, gather(cell, u), gather(cell, p));
         });
+    add_volume_scales(body, u, &p, sums);
+    return sums;
 }
 
 std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3d> u) {
@@ -235,6 +374,11 @@ std::vector<Matrix3d> hessian_diagonal(const Body& body, std::span<const Vector3
     for_each_cell_hessian(body, u, [&](const std::array<int, 8>& nodes, const Matrix24d& block) {
         for (std::size_t c = 0; c < 8; ++c) {
             blocks[index(nodes[c])] += block_of(block, c, c);
+        }
+    });
+    for_each_volume_block(body, u, [&](int row, int column, const Matrix3d& block) {
+        if (row == column) {
+            blocks[index(row)] += block;
         }
     });
     return blocks;
@@ -263,6 +407,7 @@ Eigen::SparseMatrix<double> hessian(const Body& body, std::span<const Vector3d> 
             }
         }
     });
+    for_each_volume_block(body, u, add);
     const auto size = static_cast<Eigen::Index>(3 * body.rest.size());
     Eigen::SparseMatrix<double> matrix(size, size);
     matrix.setFromTriplets(entries.begin(), entries.end());

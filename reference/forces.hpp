@@ -22,6 +22,8 @@ struct Energy {
 };
 
 Energy energy(const Body& body, std::span<const Vector3d> u);
+/// What one of a body's sums of polyhedra's volumes has in it, J.
+double volume_sum_energy(const Body& body, const VolumeSum& volumes, std::span<const Vector3d> u);
 
 /// Internal forces -dW/du, N, one a node.
 std::vector<Vector3d> forces(const Body& body, std::span<const Vector3d> u);

@@ -270,4 +270,67 @@ double cell_product_scale(VolumeEnergy energy, const Cell& cell, const Corners& 
            (size.first + size.second * m.j_terms) * gradient_change;
 }
 
+// V' = sum of w/6 p . (q x r),  p, q, r = x_i - x_0, x_j - x_0, x_k - x_0
+double polyhedron_volume(const Polyhedron& polyhedron, std::span<const Vector3d> x) {
+    double volume = 0;
+    for (const auto& [at, weight] : polyhedron.triangles) {
+        volume += weight / 6 * (x[at[0]] - x[0]).dot((x[at[1]] - x[0]).cross(x[at[2]] - x[0]));
+    }
+    return volume;
+}
+
+// p . (q x r) - p0 . (q0 x r0) = dp . (q x r) + p0 . (dq x r) + p0 . (q0 x dr)
+VolumeChange polyhedron_volume_change(const Polyhedron& polyhedron, std::span<const Vector3d> rest,
+                                      std::span<const Vector3d> u) {
+    VolumeChange sum{0, 0};
+    for (const auto& [at, weight] : polyhedron.triangles) {
+        Vector3d r0[3], d[3], r[3];
+        for (std::size_t e = 0; e < 3; ++e) {
+            r0[e] = rest[at[e]] - rest[0];
+            d[e] = u[at[e]] - u[0];
+            r[e] = r0[e] + d[e];
+        }
+        sum.change += weight / 6 * (d[0].dot(r[1].cross(r[2])) + r0[0].dot(d[1].cross(r[2]) + r0[1].cross(d[2])));
+        sum.size += weight / 6 *
+                    (d[0].norm() * r[1].norm() * r[2].norm() +
+                     r0[0].norm() * (d[1].norm() * r[2].norm() + r0[1].norm() * d[2].norm()));
+    }
+    return sum;
+}
+
+// w/6 (q x r, r x p, p x q), and the opposite on node 0
+std::vector<Vector3d> polyhedron_gradient(const Polyhedron& polyhedron, std::span<const Vector3d> x) {
+    std::vector<Vector3d> gradient(x.size(), Vector3d::Zero());
+    for (const auto& [at, weight] : polyhedron.triangles) {
+        for (std::size_t e = 0; e < 3; ++e) {
+            const Vector3d along = (x[at[(e + 1) % 3]] - x[0]).cross(x[at[(e + 2) % 3]] - x[0]) * (weight / 6);
+            gradient[at[e]] += along;
+            gradient[0] -= along;
+        }
+    }
+    return gradient;
+}
+
+// The derivative of q x r by q is -[r]x, by r [q]x.
+Eigen::MatrixXd polyhedron_hessian(const Polyhedron& polyhedron, std::span<const Vector3d> x) {
+    const auto size = static_cast<Eigen::Index>(3 * x.size());
+    Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
+    const auto add = [&](std::size_t i, std::size_t j, const Matrix3d& block) {
+        hessian.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) += block;
+    };
+    for (const auto& [at, weight] : polyhedron.triangles) {
+        for (std::size_t e = 0; e < 3; ++e) {
+            const std::size_t f = (e + 1) % 3, g = (e + 2) % 3;
+            const Matrix3d by_f = -weight / 6 * cross_matrix(x[at[g]] - x[0]);
+            const Matrix3d by_g = weight / 6 * cross_matrix(x[at[f]] - x[0]);
+            for (const auto& [row, sign] : {std::pair{at[e], 1.0}, {std::size_t{0}, -1.0}}) {
+                add(row, at[f], sign * by_f);
+                add(row, at[g], sign * by_g);
+                add(row, 0, -sign * (by_f + by_g));
+            }
+        }
+    }
+    return hessian;
+}
+
 } // namespace hybmss::reference

@@ -7,6 +7,8 @@
 #include "reference/body.hpp"
 
 #include <array>
+#include <span>
+#include <vector>
 
 namespace hybmss::reference {
 
@@ -49,6 +51,26 @@ struct VolumeDerivatives {
     double first, second, third;
 };
 VolumeDerivatives volume_derivatives(VolumeEnergy energy, const Cell& cell, double j);
+
+// ---- polyhedra: corners as many as their nodes
+
+/// V', m^3.
+double polyhedron_volume(const Polyhedron& polyhedron, std::span<const Vector3d> corners);
+
+/// V' - V, m^3, from the rest positions and the displacements, without cancellation; and the sum of its terms' sizes.
+struct VolumeChange {
+    double change, size;
+};
+VolumeChange polyhedron_volume_change(const Polyhedron& polyhedron, std::span<const Vector3d> rest,
+                                      std::span<const Vector3d> u);
+
+/// dV'/dx_i of each corner, m^2.
+std::vector<Vector3d> polyhedron_gradient(const Polyhedron& polyhedron, std::span<const Vector3d> corners);
+
+/// d^2 V'/dx_i dx_j, m; row and column 3 corner + axis.
+Eigen::MatrixXd polyhedron_hessian(const Polyhedron& polyhedron, std::span<const Vector3d> corners);
+
+// ----
 
 /// The cell's energy, J, at the corner displacements u, m.
 double cell_energy(VolumeEnergy energy, const Cell& cell, const Corners& u);

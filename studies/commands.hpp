@@ -12,6 +12,8 @@ void add_paper_command(CLI::App& app);
 void add_price_command(CLI::App& app);
 void add_textbook_command(CLI::App& app);
 void add_law_command(CLI::App& app);
+void add_angular_command(CLI::App& app);
+void add_cells_command(CLI::App& app);
 void add_tissue_command(CLI::App& app);
 void add_calculix_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

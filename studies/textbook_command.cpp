@@ -1,4 +1,4 @@
-// Studies that print tables of figures and nothing else: textbook, law, tissue.
+// Studies that print tables of figures and nothing else: textbook, law, angular, cells, tissue.
 
 #include "app/command_line.hpp"
 #include "app/progress_line.hpp"
@@ -88,6 +88,21 @@ void add_law_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("law", "the lattice as a material: large strain, waves, convexity");
     arguments->add_to(*command);
     command->callback([arguments] { write_tables("law", *arguments, textbook::law_tables); });
+}
+
+void add_angular_command(CLI::App& app) {
+    const auto arguments = std::make_shared<TableArguments>();
+    CLI::App* command = app.add_subcommand("angular", "angular springs in place of the volume force: accuracy, time");
+    arguments->add_to(*command);
+    command->callback([arguments] { write_tables("angular", *arguments, textbook::angular_tables); });
+}
+
+void add_cells_command(CLI::App& app) {
+    const auto arguments = std::make_shared<TableArguments>();
+    CLI::App* command = app.add_subcommand("cells", "a round bar by cells of other shapes beside cubes");
+    arguments->add_to(*command);
+    command->callback(
+        [arguments] { write_tables("cells", *arguments, [] { return std::vector{textbook::cylinder_table()}; }); });
 }
 
 void add_tissue_command(CLI::App& app) {

@@ -1,6 +1,7 @@
 #include "app/verify/bodies.hpp"
 
 #include "bench/standard_bodies.hpp"
+#include "hybmss/polyhedra.hpp"
 #include "reference/body.hpp"
 
 #include <algorithm>
@@ -180,6 +181,28 @@ Network renumbered(Network network, std::mt19937& random) {
             node = number[index(node)];
         }
     }
+    for (Network::Polyhedron& polyhedron : network.polyhedra) {
+        for (std::size_t c = 0; c < polyhedron.node_count(); ++c) {
+            polyhedron.nodes[c] = number[index(polyhedron.nodes[c])];
+        }
+    }
+    return network;
+}
+
+/// Cells of other shapes, off their lattice's places, of mixed stiffness.
+Network irregular(Network network, std::mt19937& random) {
+    std::uniform_real_distribution<double> jitter(-0.08 * kNetworkCellSize, 0.08 * kNetworkCellSize);
+    std::uniform_real_distribution<double> factor(0.5, 2.0);
+    for (Position& x : network.rest_positions) {
+        x = {x[0] + jitter(random), x[1] + jitter(random), x[2] + jitter(random)};
+    }
+    for (Network::Spring& s : network.springs) {
+        s.stiffness *= factor(random);
+        s.rest_vector = between(network.rest_positions[index(s.a)], network.rest_positions[index(s.b)]);
+    }
+    for (Network::Polyhedron& p : network.polyhedra) {
+        p.kappa *= p.kappa < 0 ? 0.25 * factor(random) : factor(random); // as in sheared_cells()
+    }
     return network;
 }
 
@@ -344,6 +367,17 @@ std::vector<Named<Network>> hand_made_networks(VolumeEnergy energy, unsigned see
     const Network glued = glued_boxes(energy, random);
     all.push_back({"glued boxes on means", glued});
     all.push_back({"glued boxes on means, numbered at random", renumbered(glued, random)});
+    if (energy == VolumeEnergy::none) {
+        return all;
+    }
+    Material material;
+    material.poisson_ratio = energy == VolumeEnergy::mean_stretch ? 0.1 : 0.4;
+    Network tetrahedra = irregular(tetrahedron_lattice({6, 5, 4}, kNetworkCellSize, material), random);
+    all.push_back({"tetrahedra and pyramids", tetrahedra});
+    tetrahedra.nodal_volumes = true;
+    all.push_back({"tetrahedra and pyramids with volumes of nodes", tetrahedra});
+    const Network prisms = prism_lattice({7, 5, 3}, kNetworkCellSize, 0.9 * kNetworkCellSize, material);
+    all.push_back({"prisms, numbered at random", renumbered(irregular(prisms, random), random)});
     return all;
 }
 

@@ -45,6 +45,9 @@ reference::Energy accurate_energy(const reference::Body& body, const std::vector
     for (const reference::Cell& cell : body.cells) {
         volume += reference::cell_energy(body.volume_energy, cell, corners_of(cell));
     }
+    for (const reference::VolumeSum& volumes : body.volume_sums) {
+        volume += reference::volume_sum_energy(body, volumes, u);
+    }
     for (const reference::MeanSprings& cell : body.mean_springs) {
         springs += reference::mean_spring_energy(body.stiffening, cell, corners_of(cell));
     }

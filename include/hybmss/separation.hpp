@@ -1,9 +1,10 @@
 #pragma once
 
 /// \file
-/// Cuts along the faces of cells: nodes are doubled, and nothing is lost.
+/// Cuts along the faces of cells, and tears: nodes are doubled, and nothing is lost.
 
 #include "hybmss/network.hpp"
+#include "hybmss/vector_field.hpp"
 
 #include <array>
 #include <cstdint>
@@ -16,6 +17,8 @@ namespace hybmss {
 struct SeparatedNetwork {
     Network network;
     std::vector<std::uint32_t> lattice_nodes; ///< of each node: its number in the lattice's order
+    /// Of each cell that is there, in the order of Lattice::cell_index(): its nodes, by the bits of a corner's number.
+    std::vector<std::array<std::uint32_t, 8>> corners;
 };
 
 /// The network of a lattice whose cells have parted along faces. `faces`: two cells that share one, as
@@ -29,5 +32,19 @@ struct SeparatedNetwork {
 /// Throws std::invalid_argument as from_lattice() does, and for cells that are not there or share no face.
 HYBMSS_EXPORT SeparatedNetwork separate(const Lattice& lattice, const Material& material,
                                         std::span<const std::array<std::uint32_t, 2>> faces);
+/// The faces that tear: those that hold still, and across which the mean of their two cells is stretched by more than
+/// `tear_strain`, |F n| - 1 with F of the cells' mean edges and n the face's normal at rest. In ascending order, as
+/// separate() takes them beside those that parted before. With displacements as they are, copies where their node is,
+/// a parted body has the energy it had: each cell keeps its own. What it stored moves it from then on.
+/// `displacement` (m) has a vector for each node of `body`. Throws std::invalid_argument for another size, or a
+/// tear_strain that is not finite and above 0. O(cells).
+HYBMSS_EXPORT std::vector<std::array<std::uint32_t, 2>> torn_faces(const Lattice& lattice, const SeparatedNetwork& body,
+                                                                   VectorField<const double> displacement,
+                                                                   double tear_strain);
+
+/// For each node of `after`, the node of `before` that it comes from: `after` has more parted faces of the same
+/// lattice. What a node has, its displacement and velocity, goes to its copies. Throws std::invalid_argument for bodies
+/// of different cells.
+HYBMSS_EXPORT std::vector<std::uint32_t> nodes_before(const SeparatedNetwork& before, const SeparatedNetwork& after);
 
 } // namespace hybmss

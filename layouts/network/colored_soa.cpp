@@ -3,6 +3,7 @@
 #include "layouts/coloring.hpp"
 #include "layouts/network/item_groups.hpp"
 #include "layouts/network/network_geometry.hpp"
+#include "layouts/network/packed_sources.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -191,12 +192,45 @@ void fill(const Network& network, const std::vector<const Network::Cell*>& all, 
     }
 }
 
+/// Colours in slots become colours and pieces in blocks.
+void divide(std::vector<std::size_t>& color_begin, std::vector<std::size_t>& piece_begin) {
+    piece_begin = {0};
+    for (std::size_t& begin : color_begin) {
+        begin /= kBlockItems;
+        while (piece_begin.back() < begin) {
+            piece_begin.push_back(std::min(piece_begin.back() + kPieceBlocks, begin));
+        }
+    }
+}
+
+/// Polyhedra of one shape.
+template <class Source, class Polyhedra>
+void fill(const Source& source, std::size_t node_count, Polyhedra& polyhedra) {
+    const Coloring coloring = color_greedily(source.nodes(), source.kNodes, node_count);
+    polyhedra.color_begin = padded_begins(coloring);
+    polyhedra.blocks = AlignedArray<typename Source::Block>(polyhedra.color_begin.back() / kBlockItems);
+    std::int32_t own[Source::kNodes];
+    for (std::size_t slot = 0; slot < polyhedra.color_begin.back(); ++slot) {
+        typename Source::Block& block = polyhedra.blocks[slot / kBlockItems];
+        std::fill_n(own, Source::kNodes, static_cast<std::int32_t>(node_count + slot % kBlockItems));
+        source.set(block, slot % kBlockItems, own, 0);
+        source.set_gap(block, slot % kBlockItems);
+    }
+    for_each_slot(coloring, polyhedra.color_begin, [&](std::size_t slot, std::size_t item) {
+        typename Source::Block& block = polyhedra.blocks[slot / kBlockItems];
+        std::copy_n(source.nodes().begin() + static_cast<std::ptrdiff_t>(item * Source::kNodes), Source::kNodes, own);
+        source.set(block, slot % kBlockItems, own, source.weight(item));
+        source.set_shape(item, block, slot % kBlockItems);
+    });
+    divide(polyhedra.color_begin, polyhedra.piece_begin);
+}
+
 } // namespace
 
 template <class T>
 ColoredSoa<T>::ColoredSoa(const Network& network)
     : masses(network.masses), inverse_mass(padded(network.masses.size() + kPadding)), node_count(network.masses.size()),
-      spring_count(network.springs.size()), cell_count(network.cells.size()) {
+      spring_count(network.springs.size()), cell_count(network.cells.size() + network.polyhedra.size()) {
     for (std::size_t n = 0; n < node_count; ++n) {
         inverse_mass[n] = static_cast<T>(1 / masses[n]);
     }
@@ -263,13 +297,10 @@ ColoredSoa<T>::ColoredSoa(const Network& network)
         block.inverse_edge[lane] = static_cast<T>(cell.inverse_edge);
         block.volume_ratio[lane] = static_cast<T>(cell.volume_ratio);
     });
-    means.piece_begin = {0};
-    for (std::size_t& begin : means.color_begin) {
-        begin /= kBlockItems;
-        while (means.piece_begin.back() < begin) {
-            means.piece_begin.push_back(std::min(means.piece_begin.back() + kPieceBlocks, begin));
-        }
-    }
+    divide(means.color_begin, means.piece_begin);
+    fill(PolyhedronSource<T, CellShape::tetrahedron>(network, {}), node_count, polyhedra[0]);
+    fill(PolyhedronSource<T, CellShape::pyramid>(network, {}), node_count, polyhedra[1]);
+    fill(PolyhedronSource<T, CellShape::prism>(network, {}), node_count, polyhedra[2]);
 }
 
 template <class T>
@@ -277,7 +308,8 @@ std::size_t ColoredSoa<T>::bytes() const {
     const std::size_t spring_slots = springs.color_begin.back(), cell_slots = cells.color_begin.back();
     return spring_slots * (2 * sizeof(std::int32_t) + 5 * sizeof(T)) +
            cell_slots * (8 * sizeof(std::int32_t) + 11 * sizeof(T)) + (spring_slots + cell_slots) / kPadding +
-           means.blocks.bytes() + size() * sizeof(T) + node_count * sizeof(double);
+           means.blocks.bytes() + polyhedra[0].blocks.bytes() + polyhedra[1].blocks.bytes() +
+           polyhedra[2].blocks.bytes() + size() * sizeof(T) + node_count * sizeof(double);
 }
 
 template struct ColoredSoa<float>;

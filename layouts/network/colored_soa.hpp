@@ -45,8 +45,12 @@ struct ColoredSoa {
         AlignedArray<MeanBlock<T>> blocks;
         std::vector<std::size_t> color_begin, piece_begin; ///< in blocks
     } means;
-    std::vector<double> masses;   ///< kg
-    AlignedArray<T> inverse_mass; ///< 1 / m; zero at the dummies
+    struct Polyhedra {
+        AlignedArray<PolyhedronBlock<T>> blocks;
+        std::vector<std::size_t> color_begin, piece_begin; ///< in blocks
+    } polyhedra[3];                                        ///< by shape, as in kPolyhedronShapes
+    std::vector<double> masses;                            ///< kg
+    AlignedArray<T> inverse_mass;                          ///< 1 / m; zero at the dummies
     std::size_t node_count;
     std::size_t spring_count;
     std::size_t cell_count;

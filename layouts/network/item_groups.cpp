@@ -155,15 +155,8 @@ std::vector<ItemRun> find_runs(std::span<const std::uint32_t> items, std::span<c
 
 // ---- tiles
 
-namespace {
-
-/// Items that make a run worth its gaps: sixteen lanes of a run take as long as six springs in blocks.
-constexpr std::size_t kLeastRun = 6;
-
-} // namespace
-
 TiledItems tile_items(std::span<const std::int32_t> nodes, std::size_t nodes_per_item, std::size_t tile_nodes,
-                      std::size_t tiles) {
+                      std::size_t tiles, std::size_t least) {
     const std::size_t count = nodes.size() / nodes_per_item;
     std::vector<std::uint64_t> key(count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -181,7 +174,7 @@ TiledItems tile_items(std::span<const std::int32_t> nodes, std::size_t nodes_per
                                               [&](std::uint32_t i) { return (key[i] >> 32) < (t + 1) * tile_nodes; });
         const auto own = std::span<const std::uint32_t>(items).subspan(static_cast<std::size_t>(begin - items.begin()),
                                                                        static_cast<std::size_t>(end - begin));
-        tiled.runs[t] = find_runs(own, nodes, nodes_per_item, kLeastRun, tiled.singles[t]);
+        tiled.runs[t] = find_runs(own, nodes, nodes_per_item, least, tiled.singles[t]);
         begin = end;
     }
     return tiled;

@@ -61,16 +61,21 @@ struct ItemRun {
 std::vector<ItemRun> find_runs(std::span<const std::uint32_t> items, std::span<const std::int32_t> nodes,
                                std::size_t nodes_per_item, std::size_t least, std::vector<std::uint32_t>& rest);
 
+/// Items that make a run worth its gaps: sixteen lanes of a run take as long as six springs in blocks. No run has
+/// kNoRun.
+inline constexpr std::size_t kLeastRun = 6, kNoRun = 2 * kBlockItems;
+
 /// The items (springs, cells) of each tile: those whose lowest node is one of the tile's.
 struct TiledItems {
     std::vector<std::vector<ItemRun>> runs;          ///< [tile]
     std::vector<std::vector<std::uint32_t>> singles; ///< [tile], items in no run
 };
 
+/// \param least items that make a run
 /// \param nodes of all items, `nodes_per_item` each
 /// \param tile_nodes a multiple of kBlockItems: tile t owns the nodes [t tile_nodes, (t + 1) tile_nodes)
 TiledItems tile_items(std::span<const std::int32_t> nodes, std::size_t nodes_per_item, std::size_t tile_nodes,
-                      std::size_t tiles);
+                      std::size_t tiles, std::size_t least = kLeastRun);
 
 /// Adds to touched[t] the nodes that the tile's items touch, those in the gaps of runs included.
 void add_touched_nodes(const TiledItems& tiled, std::span<const std::int32_t> nodes, std::size_t nodes_per_item,

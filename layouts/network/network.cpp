@@ -210,28 +210,49 @@ void validate(const Network& network) {
             refuse("spring", s, "its rest vector must be finite and not zero");
         }
     }
-    const bool all_without_volume =
-        std::all_of(network.cells.begin(), network.cells.end(), [](const auto& cell) { return cell.kappa == 0; });
+    const auto without_volume = [](const auto& cells) {
+        return std::all_of(cells.begin(), cells.end(), [](const auto& cell) { return cell.kappa == 0; });
+    };
+    const bool all_without_volume = without_volume(network.cells) && without_volume(network.polyhedra);
     if (network.volume_energy != VolumeEnergy::quadratic && network.volume_energy != VolumeEnergy::mean_stretch &&
-        !(network.volume_energy == VolumeEnergy::none && all_without_volume) && !network.cells.empty()) {
+        !(network.volume_energy == VolumeEnergy::none && all_without_volume) &&
+        !(network.cells.empty() && network.polyhedra.empty())) {
         throw std::invalid_argument("network: volume_energy must be quadratic or mean_stretch where there are cells");
     }
     if (std::any_of(network.cells.begin(), network.cells.end(), [](const auto& cell) { return cell.scale > 0; })) {
         validate_means(network.means);
     }
-    for (std::size_t c = 0; c < network.cells.size(); ++c) {
-        const Network::Cell& cell = network.cells[c];
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-            const std::int32_t n = cell.nodes[corner];
+    const auto check_nodes = [&](const char* what, std::size_t c, std::span<const std::int32_t> nodes) {
+        for (std::size_t corner = 0; corner < nodes.size(); ++corner) {
+            const std::int32_t n = nodes[corner];
             if (!is_node(n)) {
-                refuse("cell", c, "node " + std::to_string(n) + " is outside [0, " + std::to_string(node_count) + ")");
+                refuse(what, c, "node " + std::to_string(n) + " is outside [0, " + std::to_string(node_count) + ")");
             }
             for (std::size_t other = 0; other < corner; ++other) {
-                if (cell.nodes[other] == n) {
-                    refuse("cell", c, "node " + std::to_string(n) + " appears twice");
+                if (nodes[other] == n) {
+                    refuse(what, c, "node " + std::to_string(n) + " appears twice");
                 }
             }
         }
+    };
+    for (std::size_t p = 0; p < network.polyhedra.size(); ++p) {
+        const Network::Polyhedron& polyhedron = network.polyhedra[p];
+        if (polyhedron.node_count() < 4 || polyhedron.node_count() > 6) {
+            refuse("polyhedron", p, "its shape must be tetrahedron, pyramid or prism");
+        }
+        check_nodes("polyhedron", p, std::span(polyhedron.nodes).first(polyhedron.node_count()));
+        const double volume = polyhedron_vectors(network, polyhedron).volume;
+        if (!(volume > 0) || !std::isfinite(volume)) {
+            refuse("polyhedron", p,
+                   "its rest volume is not above 0 (are its nodes in the order of Network::Polyhedron?)");
+        }
+        if (!std::isfinite(polyhedron.kappa)) {
+            refuse("polyhedron", p, "its kappa must be finite");
+        }
+    }
+    for (std::size_t c = 0; c < network.cells.size(); ++c) {
+        const Network::Cell& cell = network.cells[c];
+        check_nodes("cell", c, cell.nodes);
         if (!(rest_shape(network, cell).volume > 0)) {
             refuse("cell", c, "its rest volume is not above 0 (are its corners in x-fastest order?)");
         }

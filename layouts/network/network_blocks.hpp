@@ -35,6 +35,16 @@ struct alignas(64) MeanBlock {
     T volume_ratio[kBlockItems]; ///< kappa h^2 / (32 k_c h)
 };
 
+/// Sixteen polyhedra of one shape. Nodes as in MeanBlock, the first 4, 5 or 6 rows; of a prism all vectors
+/// (network_geometry.hpp), of others three. Rows that a shape has not are never read.
+template <class T>
+struct alignas(64) PolyhedronBlock {
+    std::int32_t node[6][kBlockItems];
+    T rest[15][kBlockItems];       ///< a, b, c, d, e, x y z each
+    T kappa[kBlockItems];          ///< 0: no cell
+    T inverse_volume[kBlockItems]; ///< 1 / V0
+};
+
 /// Which node of a run stands at `position` in the rows of a run. Vectors of nodes in a row, transposed within groups
 /// of four lanes, do not come out in the order of the nodes: with four vectors of `groups` quads each, lane 4 g + j is
 /// node groups j + g.
@@ -98,6 +108,7 @@ struct NetworkTile {
     std::size_t cell_run_begin = 0, cell_run_end = 0;
     std::size_t mean_begin = 0, mean_end = 0;
     std::size_t mean_run_begin = 0, mean_run_end = 0;
+    std::size_t polyhedron_begin[3] = {}, polyhedron_end[3] = {}; ///< by shape
 };
 
 } // namespace hybmss

@@ -18,6 +18,37 @@ struct RestShape {
 
 RestShape rest_shape(const Network& network, const Network::Cell& cell);
 
+/// What the volume of a polyhedron is made of, x y z each, linear in its nodes' places:
+///
+///     tetrahedron   V = 1/6 a . (b x c)                    the edges from node 0
+///     pyramid       V = 1/6 a . (b x c)                    to the apex from the middle of the base; its diagonals
+///     prism         V = 1/2 a . (b x c + 1/12 d x e)       the mean of its axial edges; the middle triangle's edges
+///                                                          from node 0; how these differ between top and bottom
+struct PolyhedronVectors {
+    std::array<std::array<double, 3>, 5> vectors; ///< a, b, c, d, e
+    double volume;
+};
+PolyhedronVectors polyhedron_vectors(const Network& network, const Network::Polyhedron& polyhedron);
+/// The same of corners at these places, m.
+PolyhedronVectors polyhedron_vectors(CellShape shape, const std::array<std::array<double, 3>, 6>& corners);
+/// The derivatives of the volume by the corners' places, m^2.
+std::array<std::array<double, 3>, 6> volume_gradient(CellShape shape,
+                                                     const std::array<std::array<double, 3>, 6>& corners);
+
+/// The numbers of the polyhedra of a shape that have a part in the energy: all, or none where it is.
+std::vector<std::uint32_t> polyhedra_of(const Network& network, CellShape shape);
+inline constexpr CellShape kPolyhedronShapes[] = {CellShape::tetrahedron, CellShape::pyramid, CellShape::prism};
+
+/// Of nodal volumes, one a node: V_a, and kappa_a; 0 where a node has no polyhedron.
+struct NodalVolumes {
+    std::vector<double> volumes, kappas;
+};
+NodalVolumes nodal_volumes(const Network& network);
+
+/// A polyhedron as a hexahedron some of whose corners are one node: its mean edges turn and grow with it, and span no
+/// volume where it has none.
+Network::Cell as_hexahedron(const Network::Polyhedron& polyhedron);
+
 /// l^2 of a spring, m^2.
 double rest_length2(const Network::Spring& spring);
 

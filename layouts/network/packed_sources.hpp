@@ -172,6 +172,52 @@ public:
     }
 };
 
+/// Polyhedra of one shape.
+template <class T, CellShape shape>
+class PolyhedronSource {
+public:
+    using Block = PolyhedronBlock<T>;
+    static constexpr std::size_t kNodes = static_cast<std::size_t>(shape);
+
+    PolyhedronSource(const Network& network, std::span<const std::uint32_t> place)
+        : network_(network), polyhedra_(polyhedra_of(network, shape)) {
+        for (std::size_t i = 0; i < size(); ++i) {
+            for (std::size_t c = 0; c < kNodes; ++c) {
+                const std::int32_t n = polyhedron(i).nodes[c];
+                nodes_.push_back(place.empty() ? n : static_cast<std::int32_t>(place[static_cast<std::size_t>(n)]));
+            }
+        }
+    }
+
+    std::size_t size() const { return polyhedra_.size(); }
+    std::span<const std::int32_t> nodes() const { return nodes_; }
+    T weight(std::size_t i) const { return static_cast<T>(polyhedron(i).kappa); }
+    void set_shape(std::size_t i, Block& block, std::size_t lane) const {
+        const PolyhedronVectors rest = polyhedron_vectors(network_, polyhedron(i));
+        for (std::size_t e = 0; e < 15; ++e) {
+            block.rest[e][lane] = static_cast<T>(rest.vectors[e / 3][e % 3]);
+        }
+        block.inverse_volume[lane] = static_cast<T>(1 / rest.volume);
+    }
+    static void set_gap(Block& block, std::size_t lane) {
+        block.rest[0][lane] = block.rest[4][lane] = block.rest[8][lane] = 1;
+        block.inverse_volume[lane] = 1;
+    }
+    static void set(Block& block, std::size_t lane, const std::int32_t (&first)[kNodes], T weight) {
+        for (std::size_t c = 0; c < kNodes; ++c) {
+            block.node[c][lane] = first[c];
+        }
+        block.kappa[lane] = weight;
+    }
+
+private:
+    const Network::Polyhedron& polyhedron(std::size_t i) const { return network_.polyhedra[polyhedra_[i]]; }
+
+    const Network& network_;
+    std::vector<std::uint32_t> polyhedra_;
+    std::vector<std::int32_t> nodes_;
+};
+
 /// Rows of numbers, each kept once, whoever uses it: the dictionary of a layout. Row is plain numbers without
 /// gaps.
 template <class Row>

@@ -117,7 +117,7 @@ Runs<T, Source> make_runs(const Source& source, const TiledItems& tiled, const C
 template <class T>
 PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, bool one_tile)
     : masses(network.masses), node_count(network.masses.size()), spring_count(network.springs.size()),
-      cell_count(network.cells.size()) {
+      cell_count(network.cells.size() + network.polyhedra.size()) {
     if (!well_ordered(network)) {
         order = row_order(network.rest_positions, node_spacing(network));
         place.resize(node_count);
@@ -139,6 +139,17 @@ PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, bool one_til
     add_touched_nodes(tiled_springs, spring_source.nodes(), 2, touched);
     add_touched_nodes(tiled_cells, cell_source.nodes(), 8, touched);
     add_touched_nodes(tiled_means, mean_source.nodes(), 8, touched);
+    const auto on_polyhedra = [&](const auto& visit) {
+        visit(0, PolyhedronSource<T, CellShape::tetrahedron>(network, place));
+        visit(1, PolyhedronSource<T, CellShape::pyramid>(network, place));
+        visit(2, PolyhedronSource<T, CellShape::prism>(network, place));
+    };
+    TiledItems tiled_polyhedra[3];
+    on_polyhedra([&](int shape, const auto& source) {
+        TiledItems& tiled = tiled_polyhedra[shape];
+        tiled = tile_items(source.nodes(), source.kNodes, tile_nodes, tile_count, kNoRun);
+        add_touched_nodes(tiled, source.nodes(), source.kNodes, touched);
+    });
     const Coloring coloring = color_tiles(touched, first_dummy);
     color_begin = coloring.begin;
 
@@ -149,10 +160,19 @@ PackedXyzw<T>::PackedXyzw(const Network& network, int vector_lanes, bool one_til
     Runs<T, SpringSource<T>> along_springs = make_runs<T>(spring_source, tiled_springs, coloring, vector_lanes);
     Runs<T, CellSource<T>> along_cells = make_runs<T>(cell_source, tiled_cells, coloring, vector_lanes);
     Runs<T, MeanSource<T>> along_means = make_runs<T>(mean_source, tiled_means, coloring, vector_lanes);
+    std::vector<std::size_t> polyhedron_begin[3];
+    on_polyhedra([&](int shape, const auto& source) {
+        polyhedra[shape] =
+            make_blocks(source, tiled_polyhedra[shape], coloring, node_count, first_dummy, polyhedron_begin[shape]);
+    });
     for (std::size_t t = 0; t < tile_count; ++t) {
         tiles.push_back({spring_begin[t], spring_begin[t + 1], cell_begin[t], cell_begin[t + 1], along_springs.begin[t],
                          along_springs.begin[t + 1], along_cells.begin[t], along_cells.begin[t + 1], mean_begin[t],
                          mean_begin[t + 1], along_means.begin[t], along_means.begin[t + 1]});
+        for (std::size_t shape = 0; shape < 3; ++shape) {
+            tiles.back().polyhedron_begin[shape] = polyhedron_begin[shape][t];
+            tiles.back().polyhedron_end[shape] = polyhedron_begin[shape][t + 1];
+        }
     }
     spring_runs = std::move(along_springs.runs);
     spring_run_shapes = std::move(along_springs.shapes);
@@ -174,9 +194,9 @@ template <class T>
 std::size_t PackedXyzw<T>::bytes() const {
     return spring_runs.bytes() + spring_run_shapes.bytes() + stiffnesses.bytes() + cell_runs.bytes() +
            cell_run_shapes.bytes() + kappas.bytes() + springs.bytes() + cells.bytes() + means.runs.bytes() +
-           means.run_shapes.bytes() + means.stiffnesses.bytes() + means.blocks.bytes() + inverse_mass.bytes() +
-           masses.size() * sizeof(double) + (order.size() + place.size()) * sizeof(std::uint32_t) +
-           tiles.size() * sizeof(NetworkTile);
+           means.run_shapes.bytes() + means.stiffnesses.bytes() + means.blocks.bytes() + polyhedra[0].bytes() +
+           polyhedra[1].bytes() + polyhedra[2].bytes() + inverse_mass.bytes() + masses.size() * sizeof(double) +
+           (order.size() + place.size()) * sizeof(std::uint32_t) + tiles.size() * sizeof(NetworkTile);
 }
 
 template struct PackedXyzw<float>;

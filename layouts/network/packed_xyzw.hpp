@@ -61,10 +61,11 @@ struct PackedXyzw {
         AlignedArray<LaneValues<T>> stiffnesses;
         AlignedArray<MeanBlock<T>> blocks;
     } means;
-    std::vector<NetworkTile> tiles;       ///< colour after colour; in blocks
-    std::vector<std::size_t> color_begin; ///< where each colour starts in `tiles`; one more entry at the end
-    std::vector<double> masses;           ///< kg, in the caller's order
-    AlignedArray<T> inverse_mass;         ///< 1 / m three times and 0 for each node; zero at the dummies
+    AlignedArray<PolyhedronBlock<T>> polyhedra[3]; ///< by shape, as in kPolyhedronShapes
+    std::vector<NetworkTile> tiles;                ///< colour after colour; in blocks
+    std::vector<std::size_t> color_begin;          ///< where each colour starts in `tiles`; one more entry at the end
+    std::vector<double> masses;                    ///< kg, in the caller's order
+    AlignedArray<T> inverse_mass;                  ///< 1 / m three times and 0 for each node; zero at the dummies
     std::size_t node_count;
     std::size_t spring_count;
     std::size_t cell_count;

@@ -1,9 +1,11 @@
 #include "hybmss/separation.hpp"
 
+#include "layouts/messages.hpp"
 #include "layouts/node_numbers.hpp"
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
@@ -121,6 +123,9 @@ SeparatedNetwork separate(const Lattice& lattice, const Material& material, std:
         for (std::uint32_t corner = 0; corner < 8; ++corner) {
             nodes[corner] = number[unions.find(8 * c + corner)];
         }
+        auto& own = separated.corners.emplace_back();
+        std::transform(nodes.begin(), nodes.end(), own.begin(),
+                       [](std::int32_t node) { return static_cast<std::uint32_t>(node); });
         const auto scale = static_cast<double>(lattice.cell_scales()[grid[c]]);
         const std::size_t tissue = lattice.cell_tissue(grid[c]);
         const double mass = material_of(lattice, tissue, material).density * h * h * h *
@@ -157,6 +162,82 @@ SeparatedNetwork separate(const Lattice& lattice, const Material& material, std:
         }
     }
     return separated;
+}
+
+std::vector<Pair> torn_faces(const Lattice& lattice, const SeparatedNetwork& body,
+                             VectorField<const double> displacement, double tear_strain) {
+    if (!(tear_strain > 0) || !std::isfinite(tear_strain)) {
+        refuse_value("tear_strain", tear_strain, "finite and above 0");
+    }
+    if (displacement.size != body.network.rest_positions.size()) {
+        throw std::invalid_argument("displacements of " + std::to_string(displacement.size) +
+                                    " nodes given: the body has " + std::to_string(body.network.rest_positions.size()));
+    }
+    std::vector<std::uint32_t> place(lattice.cell_scales().size(), 0), grid;
+    for (std::uint32_t cell = 0; cell < place.size(); ++cell) {
+        if (lattice.cell_scales()[cell] > 0) {
+            place[cell] = static_cast<std::uint32_t>(grid.size());
+            grid.push_back(cell);
+        }
+    }
+    if (grid.size() != body.corners.size()) {
+        throw std::invalid_argument("a body of " + std::to_string(body.corners.size()) +
+                                    " cells given: the lattice has " + std::to_string(grid.size()));
+    }
+    // F n along an axis is the mean edge along it, by the cell size.
+    const double h = lattice.cell_size();
+    const double* const u[3] = {displacement.x, displacement.y, displacement.z};
+    const auto mean_edge = [&](std::uint32_t cell, std::size_t axis) {
+        std::array<double, 3> edge{};
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            const double sign = (corner >> axis & 1) != 0 ? 0.25 : -0.25;
+            const auto node = static_cast<std::ptrdiff_t>(body.corners[cell][corner]);
+            for (std::size_t c = 0; c < 3; ++c) {
+                edge[c] += sign * u[c][node * displacement.stride];
+            }
+        }
+        edge[axis] += h;
+        return edge;
+    };
+    const auto [nx, ny, nz] = lattice.cells();
+    const std::array<std::uint32_t, 3> next = {1, static_cast<std::uint32_t>(nx), static_cast<std::uint32_t>(nx * ny)};
+    const std::array<int, 3> counts = {nx, ny, nz};
+    std::vector<Pair> torn;
+    for (const std::uint32_t cell : grid) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const bool is_last = static_cast<int>(cell / next[axis]) % counts[axis] + 1 == counts[axis];
+            if (is_last || !(lattice.cell_scales()[cell + next[axis]] > 0)) {
+                continue;
+            }
+            const std::uint32_t low = place[cell], high = place[cell + next[axis]];
+            bool holds = true;
+            for (std::size_t corner = 0; corner < 8; ++corner) {
+                if ((corner >> axis & 1) != 0) {
+                    holds = holds && body.corners[low][corner] == body.corners[high][corner ^ std::size_t{1} << axis];
+                }
+            }
+            const std::array<double, 3> one = mean_edge(low, axis), other = mean_edge(high, axis);
+            const double stretch = std::hypot(one[0] + other[0], one[1] + other[1], one[2] + other[2]) / (2 * h);
+            if (holds && stretch - 1 > tear_strain) {
+                torn.push_back({cell, cell + next[axis]});
+            }
+        }
+    }
+    return torn;
+}
+
+std::vector<std::uint32_t> nodes_before(const SeparatedNetwork& before, const SeparatedNetwork& after) {
+    if (before.corners.size() != after.corners.size()) {
+        throw std::invalid_argument("bodies of " + std::to_string(before.corners.size()) + " and " +
+                                    std::to_string(after.corners.size()) + " cells given: they must be of one lattice");
+    }
+    std::vector<std::uint32_t> from(after.network.rest_positions.size(), 0);
+    for (std::size_t cell = 0; cell < after.corners.size(); ++cell) {
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+            from[after.corners[cell][corner]] = before.corners[cell][corner];
+        }
+    }
+    return from;
 }
 
 } // namespace hybmss

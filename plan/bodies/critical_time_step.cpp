@@ -213,6 +213,28 @@ FrequencyBounds network_frequencies(const Network& network) {
             row_sum[node] += std::abs(cell.kappa) / volume * norm[corner] * sum;
         }
     }
+    // Volumes of nodes resist no more than those of polyhedra with the largest of their nodes' kappas would: a square
+    // of a mean is at most the mean of the squares.
+    const NodalVolumes nodal = network.nodal_volumes ? nodal_volumes(network) : NodalVolumes{};
+    for (const Network::Polyhedron& polyhedron : network.polyhedra) {
+        std::array<std::array<double, 3>, 6> corners{};
+        double kappa = network.nodal_volumes ? 0 : std::abs(polyhedron.kappa);
+        for (std::size_t c = 0; c < polyhedron.node_count(); ++c) {
+            const auto node = static_cast<std::size_t>(polyhedron.nodes[c]);
+            corners[c] = network.rest_positions[node];
+            kappa = std::max(kappa, network.nodal_volumes ? std::abs(nodal.kappas[node]) : 0);
+        }
+        const auto gradient = volume_gradient(polyhedron.shape, corners);
+        double sum = 0;
+        for (const auto& g : gradient) {
+            sum += std::hypot(g[0], g[1], g[2]);
+        }
+        const double by = kappa / polyhedron_vectors(polyhedron.shape, corners).volume * sum;
+        for (std::size_t c = 0; c < polyhedron.node_count(); ++c) {
+            row_sum[static_cast<std::size_t>(polyhedron.nodes[c])] +=
+                by * std::hypot(gradient[c][0], gradient[c][1], gradient[c][2]);
+        }
+    }
     FrequencyBounds largest;
     for (std::size_t n = 0; n < row_sum.size(); ++n) {
         largest.body = std::max(largest.body, row_sum[n] / network.masses[n]);

@@ -39,12 +39,15 @@ template <class T>
 NetworkBody<T>::NetworkBody(const Network& network, const PlanOptions& options)
     : Body<T>(options, network.masses.size(), kernel_volume(network), network_frequencies(network), network.stiffening),
       layout_(network), means_(network),
-      mean_constants_(mean_constants<T>(network.means.springs, network.means.patterns)), run_{0, 0,
-                                                                                              layout_.node_count} {}
+      mean_constants_(mean_constants<T>(network.means.springs, network.means.patterns)),
+      polyhedra_(network, kernel_table(), volume(), layout_.size(), [](std::size_t node) { return node; }),
+      run_{0, 0, layout_.node_count} {}
 
 template <class T>
 State<T> NetworkBody<T>::linear_state(bool moving) const {
-    return this->state_of(3, layout_.size(), moving);
+    State<T> state = this->state_of(3, layout_.size(), moving);
+    polyhedra_.prepare(state);
+    return state;
 }
 
 template <class T>
@@ -127,19 +130,39 @@ std::vector<Stage> NetworkBody<T>::color_stages(Springs on_springs, Cells on_cel
 }
 
 template <class T>
-std::vector<Stage> NetworkBody<T>::accumulate(const kernels::NodeArrays<T>& nodes) const {
+std::vector<Stage> NetworkBody<T>::polyhedron_stages(const typename NetworkPolyhedra<T>::Visit& visit) const {
+    std::vector<Stage> stages;
+    for (std::size_t shape = 0; polyhedra_.any() && shape < 3; ++shape) {
+        append_colors(
+            layout_.polyhedra[shape],
+            [visit, shape, blocks = layout_.polyhedra[shape].blocks.data()](auto begin, auto end) {
+                visit(shape, blocks, begin, end);
+            },
+            stages);
+    }
+    return stages;
+}
+
+template <class T>
+std::vector<Stage> NetworkBody<T>::accumulate(State<T>& state) const {
+    const kernels::NodeArrays<T> nodes = node_arrays(state);
     auto stages = color_stages(kernel_table().soa_springs(accuracy()), kernel_table().soa_cells(volume()), nodes);
     kernels::HessianArrays<T> sums{};
     std::copy_n(nodes.displacement, 3, sums.displacement);
     std::copy_n(nodes.force, 3, sums.product);
     append_mean_stages(stages, kernel_table().network_means(means_.face_diagonals, volume(), accuracy()), sums);
+    if (polyhedra_.any()) {
+        const auto over = [this](const auto& visit) { return polyhedron_stages(visit); };
+        append(polyhedra_.before(state, sums, over), stages);
+        append(polyhedron_stages(polyhedra_.forces(state, sums)), stages);
+    }
     return stages;
 }
 
 template <class T>
 std::vector<Stage> NetworkBody<T>::linear_force_stages(State<T>& state) const {
     this->allocate_like(state.displacement, state.force);
-    std::vector<Stage> stages = accumulate(node_arrays(state));
+    std::vector<Stage> stages = accumulate(state);
     stages.insert(stages.begin(), this->clear_stage(state.force));
     return stages;
 }
@@ -171,6 +194,18 @@ PotentialEnergy NetworkBody<T>::linear_energy(State<T>& state) const {
         energy.springs += part.springs;
         energy.volume += 32 * part.volume;
     }
+    for (std::size_t shape = 0; polyhedra_.any() && shape < 3; ++shape) {
+        const auto& all = layout_.polyhedra[shape];
+        energy.volume += sum_over_pieces(
+            all.color_begin.back(),
+            [&](auto begin, auto end) { return polyhedra_.energy(shape, all.blocks.data(), at, begin, end); },
+            kPieceBlocks);
+    }
+    if (polyhedra_.of_nodes()) {
+        this->workers().run(
+            polyhedra_.before(state, at, [this](const auto& visit) { return polyhedron_stages(visit); }), 1);
+        energy.volume += polyhedra_.nodal_energy(state);
+    }
     return energy;
 }
 
@@ -196,6 +231,10 @@ std::vector<Stage> NetworkBody<T>::spring_stages(State<T>& state, const SpringPa
     const auto& table = kernel_table();
     auto stages = color_stages(table.soa_spring_product(pass.law, accuracy()), table.soa_cell_product(cells), nodes);
     append_mean_stages(stages, table.network_mean_product(means_.face_diagonals, {pass.law, cells}, accuracy()), nodes);
+    if (polyhedra_.any() && cells != kernels::Volume::none) {
+        append(polyhedra_.before(state, nodes, [this](const auto& visit) { return polyhedron_stages(visit); }), stages);
+        append(polyhedron_stages(polyhedra_.product(state, nodes)), stages);
+    }
     return stages;
 }
 
@@ -209,7 +248,15 @@ void NetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>& pass,
         color_stages(table.soa_spring_diagonal(pass.law, accuracy()), table.soa_cell_diagonal(cells), nodes, sums);
     append_mean_stages(stages, table.network_mean_diagonal(means_.face_diagonals, {pass.law, cells}, accuracy()), nodes,
                        sums);
+    const bool with_polyhedra = polyhedra_.any() && cells != kernels::Volume::none;
+    if (with_polyhedra) {
+        append(polyhedra_.before(state, nodes, [this](const auto& visit) { return polyhedron_stages(visit); }), stages);
+        append(polyhedron_stages(polyhedra_.diagonal(nodes, sums)), stages);
+    }
     this->workers().run(stages, 1);
+    if (with_polyhedra) {
+        polyhedra_.add_nodal_diagonal(state, sums);
+    }
 }
 
 template <class T>
@@ -233,7 +280,7 @@ std::vector<Stage> NetworkBody<T>::linear_step_stages(State<T>& state, const Ste
     // The integrating kernel leaves the forces zero for the next step.
     this->clear_like(state.displacement, state.force);
     const auto nodes = node_arrays(state);
-    std::vector<Stage> stages = accumulate(nodes);
+    std::vector<Stage> stages = accumulate(state);
     stages.push_back(in_pieces(0, layout_.size(),
                                [integrate = kernel_table().soa_integrate(driven), constants,
                                 nodes](auto begin, auto end) { integrate(nodes, constants, begin, end); }));
@@ -245,7 +292,8 @@ void NetworkBody<T>::describe_layout(PlanDescription& d) const {
     d.kernel = network_kernels("network", means_, volume(), accuracy());
     d.springs = layout_.spring_count + means_.springs();
     d.cells = layout_.cell_count;
-    d.bytes = layout_.bytes();
+    d.kernel += polyhedra_.kernels(volume());
+    d.bytes = layout_.bytes() + polyhedra_.bytes();
     d.tiles =
         layout_.springs.color_begin.size() + layout_.cells.color_begin.size() + layout_.means.color_begin.size() - 3;
 }

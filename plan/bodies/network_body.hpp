@@ -3,6 +3,7 @@
 #include "kernels/kernel_table.hpp"
 #include "layouts/network/colored_soa.hpp"
 #include "plan/bodies/body.hpp"
+#include "plan/bodies/network_polyhedra.hpp"
 #include "plan/bodies/plan_description.hpp"
 
 namespace hybmss {
@@ -49,13 +50,16 @@ private:
     template <class Means, class... Arguments>
     void append_mean_stages(std::vector<Stage>& stages, Means on_means, const Arguments&... arguments) const;
     /// What adds all forces to arrays that are zero, a stage a colour.
-    std::vector<Stage> accumulate(const kernels::NodeArrays<T>& nodes) const;
+    std::vector<Stage> accumulate(State<T>& state) const;
+    /// A stage a colour of a visit to polyhedra.
+    std::vector<Stage> polyhedron_stages(const typename NetworkPolyhedra<T>::Visit& visit) const;
     template <class Visit>
     double sum_over_pieces(std::size_t size, const Visit& visit, std::size_t piece = 128 * kPadding) const;
 
     ColoredSoa<T> layout_;
     NetworkMeans means_;
     kernels::MeanConstants<T> mean_constants_;
+    NetworkPolyhedra<T> polyhedra_;
     NodeRun run_;
 };
 

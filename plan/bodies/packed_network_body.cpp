@@ -40,12 +40,16 @@ template <class T>
 PackedNetworkBody<T>::PackedNetworkBody(const Network& network, const PlanOptions& options)
     : Body<T>(options, network.masses.size(), kernel_volume(network), network_frequencies(network), network.stiffening),
       layout_(network, kernel_table().width, options.one_tile), means_(network),
-      mean_constants_(mean_constants<T>(network.means.springs, network.means.patterns)), run_{0, 0,
-                                                                                              layout_.node_count} {}
+      mean_constants_(mean_constants<T>(network.means.springs, network.means.patterns)),
+      polyhedra_(network, kernel_table(), volume(), 4 * layout_.size(),
+                 [this](std::size_t node) { return 4 * index_of(node); }),
+      run_{0, 0, layout_.node_count} {}
 
 template <class T>
 State<T> PackedNetworkBody<T>::linear_state(bool moving) const {
-    return this->state_of(1, 4 * layout_.size(), moving);
+    State<T> state = this->state_of(1, 4 * layout_.size(), moving);
+    polyhedra_.prepare(state);
+    return state;
 }
 
 template <class T>
@@ -81,6 +85,7 @@ template <class T>
 template <class SpringRuns, class CellRuns, class Springs, class Cells, class Means, class... Arguments>
 std::vector<Stage> PackedNetworkBody<T>::tile_stages(SpringRuns on_spring_runs, CellRuns on_cell_runs,
                                                      Springs on_springs, Cells on_cells, Means on_means,
+                                                     const typename NetworkPolyhedra<T>::Visit& on_polyhedra,
                                                      const Arguments&... arguments) const {
     std::vector<Stage> stages;
     for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
@@ -97,9 +102,37 @@ std::vector<Stage> PackedNetworkBody<T>::tile_stages(SpringRuns on_spring_runs, 
                      on_cells(layout_.cells.data(), arguments..., at(tile.cell_begin), at(tile.cell_end));
                  }
                  for_means(tile, on_means);
+                 if (on_polyhedra) {
+                     for_polyhedra(tile, on_polyhedra);
+                 }
              }});
     }
     return stages;
+}
+
+template <class T>
+void PackedNetworkBody<T>::for_polyhedra(const NetworkTile& tile,
+                                         const typename NetworkPolyhedra<T>::Visit& visit) const {
+    for (std::size_t shape = 0; shape < 3; ++shape) {
+        visit(shape, layout_.polyhedra[shape].data(), at(tile.polyhedron_begin[shape]), at(tile.polyhedron_end[shape]));
+    }
+}
+
+template <class T>
+std::vector<Stage> PackedNetworkBody<T>::polyhedron_stages(const typename NetworkPolyhedra<T>::Visit& visit) const {
+    std::vector<Stage> stages;
+    for (std::size_t color = 0; color + 1 < layout_.color_begin.size(); ++color) {
+        const std::size_t first = layout_.color_begin[color];
+        stages.push_back({layout_.color_begin[color + 1] - first, [this, first, visit](std::size_t i, std::size_t) {
+                              for_polyhedra(layout_.tiles[first + i], visit);
+                          }});
+    }
+    return stages;
+}
+
+template <class T>
+std::vector<Stage> PackedNetworkBody<T>::nodal_stages(State<T>& state, const kernels::HessianArrays<T>& fields) const {
+    return polyhedra_.before(state, fields, [this](const auto& visit) { return polyhedron_stages(visit); });
 }
 
 template <class T>
@@ -125,6 +158,15 @@ PotentialEnergy PackedNetworkBody<T>::energy(const NetworkTile& tile, const kern
         energy.springs += part.springs;
         energy.volume += 32 * part.volume;
     });
+    if (polyhedra_.any()) {
+        for_polyhedra(tile, [&](std::size_t shape, const auto* blocks, kernels::Range begin, kernels::Range end) {
+            energy.volume += sum_over_pieces(
+                static_cast<std::size_t>(begin), static_cast<std::size_t>(end), [&](auto first, auto last) {
+                    return polyhedra_.energy(shape, blocks, arrays<T>({nodes.displacement, nullptr, nullptr, {}}),
+                                             first, last);
+                });
+        });
+    }
     return energy;
 }
 
@@ -144,21 +186,26 @@ double PackedNetworkBody<T>::stiffening_energy(const NetworkTile& tile, const ke
 }
 
 template <class T>
-std::vector<Stage> PackedNetworkBody<T>::accumulate(const kernels::PackedNodes<T>& nodes) const {
+std::vector<Stage> PackedNetworkBody<T>::accumulate(State<T>& state) const {
+    const kernels::PackedNodes<T> nodes = packed_nodes(state);
     const auto& table = kernel_table();
+    const auto sums = arrays<T>({nodes.displacement, nullptr, nodes.force, {}});
     const auto on_means = [of_means = table.network_means(means_.face_diagonals, volume(), accuracy()),
-                           sums = arrays<T>({nodes.displacement, nullptr, nodes.force, {}})](
-                              const auto& cells, kernels::Range begin, kernels::Range end) {
+                           sums](const auto& cells, kernels::Range begin, kernels::Range end) {
         of_means(cells, sums, begin, end);
     };
-    return tile_stages(table.run_springs(accuracy()), table.run_cells(volume()), table.packed_springs(accuracy()),
-                       table.packed_cells(volume()), on_means, nodes);
+    std::vector<Stage> stages = nodal_stages(state, sums);
+    append(tile_stages(table.run_springs(accuracy()), table.run_cells(volume()), table.packed_springs(accuracy()),
+                       table.packed_cells(volume()), on_means,
+                       polyhedra_.any() ? polyhedra_.forces(state, sums) : nullptr, nodes),
+           stages);
+    return stages;
 }
 
 template <class T>
 std::vector<Stage> PackedNetworkBody<T>::linear_force_stages(State<T>& state) const {
     this->allocate_like(state.displacement, state.force);
-    std::vector<Stage> stages = accumulate(packed_nodes(state));
+    std::vector<Stage> stages = accumulate(state);
     stages.insert(stages.begin(), this->clear_stage(state.force));
     return stages;
 }
@@ -174,6 +221,10 @@ PotentialEnergy PackedNetworkBody<T>::linear_energy(State<T>& state) const {
         sum.springs += e.springs;
         sum.volume += e.volume;
     }
+    if (polyhedra_.of_nodes()) {
+        this->workers().run(nodal_stages(state, arrays<T>({nodes.displacement, nullptr, nullptr, {}})), 1);
+        sum.volume += polyhedra_.nodal_energy(state);
+    }
     return sum;
 }
 
@@ -188,9 +239,13 @@ std::vector<Stage> PackedNetworkBody<T>::spring_stages(State<T>& state, const Sp
                            sums = arrays(nodes)](const auto& on, kernels::Range begin, kernels::Range end) {
         of_means(on, sums, begin, end);
     };
-    return tile_stages(table.run_spring_product(pass.law, accuracy()), table.run_cell_product(cells),
+    const bool with_polyhedra = polyhedra_.any() && cells != kernels::Volume::none;
+    std::vector<Stage> stages = with_polyhedra ? nodal_stages(state, arrays(nodes)) : std::vector<Stage>();
+    append(tile_stages(table.run_spring_product(pass.law, accuracy()), table.run_cell_product(cells),
                        table.packed_spring_product(pass.law, accuracy()), table.packed_cell_product(cells), on_means,
-                       nodes);
+                       with_polyhedra ? polyhedra_.product(state, arrays(nodes)) : nullptr, nodes),
+           stages);
+    return stages;
 }
 
 template <class T>
@@ -205,10 +260,17 @@ void PackedNetworkBody<T>::spring_diagonal(State<T>& state, const SpringPass<T>&
                            sums](const auto& on, kernels::Range begin, kernels::Range end) {
         of_means(on, nodes, sums, begin, end);
     };
-    const auto stages = tile_stages(table.run_spring_diagonal(pass.law, accuracy()), table.run_cell_diagonal(cells),
-                                    table.packed_spring_diagonal(pass.law, accuracy()),
-                                    table.packed_cell_diagonal(cells), on_means, displacement, sums);
+    const bool with_polyhedra = polyhedra_.any() && cells != kernels::Volume::none;
+    const auto fields = arrays<T>({displacement, nullptr, nullptr, {}});
+    std::vector<Stage> stages = with_polyhedra ? nodal_stages(state, fields) : std::vector<Stage>();
+    append(tile_stages(table.run_spring_diagonal(pass.law, accuracy()), table.run_cell_diagonal(cells),
+                       table.packed_spring_diagonal(pass.law, accuracy()), table.packed_cell_diagonal(cells), on_means,
+                       with_polyhedra ? polyhedra_.diagonal(fields, sums) : nullptr, displacement, sums),
+           stages);
     this->workers().run(stages, 1);
+    if (with_polyhedra) {
+        polyhedra_.add_nodal_diagonal(state, sums);
+    }
 }
 
 template <class T>
@@ -227,7 +289,7 @@ std::vector<Stage> PackedNetworkBody<T>::linear_step_stages(State<T>& state, con
     this->clear_like(state.displacement, state.force);
     const auto nodes = packed_nodes(state);
     constexpr std::size_t kPiece = 2048;
-    std::vector<Stage> stages = accumulate(nodes);
+    std::vector<Stage> stages = accumulate(state);
     stages.push_back(
         {(layout_.size() + kPiece - 1) / kPiece, [this, integrate, nodes, constants](std::size_t piece, std::size_t) {
              integrate(nodes, constants, at(piece * kPiece), at(std::min((piece + 1) * kPiece, layout_.size())));
@@ -240,7 +302,8 @@ void PackedNetworkBody<T>::describe_layout(PlanDescription& d) const {
     d.kernel = network_kernels("packed", means_, volume(), accuracy());
     d.springs = layout_.spring_count + means_.springs();
     d.cells = layout_.cell_count;
-    d.bytes = layout_.bytes();
+    d.kernel += polyhedra_.kernels(volume());
+    d.bytes = layout_.bytes() + polyhedra_.bytes();
     d.tiles = layout_.tiles.size();
 }
 

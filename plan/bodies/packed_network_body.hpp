@@ -2,6 +2,7 @@
 
 #include "layouts/network/packed_xyzw.hpp"
 #include "plan/bodies/body.hpp"
+#include "plan/bodies/network_polyhedra.hpp"
 #include "plan/bodies/plan_description.hpp"
 
 namespace hybmss {
@@ -45,18 +46,25 @@ private:
     /// visit(cells, begin, end) of the tile's cells with springs on means: those in runs, those in blocks.
     template <class Visit>
     void for_means(const NetworkTile& tile, const Visit& visit) const;
-    /// Kernels of springs and, unless null, of cells, each in runs and in blocks, and on_means() of for_means(), on
-    /// every tile: a stage a colour.
+    /// Kernels of springs and, unless null, of cells, each in runs and in blocks, on_means() of for_means(), and what
+    /// polyhedra are visited by, unless it is empty, on every tile: a stage a colour.
     template <class SpringRuns, class CellRuns, class Springs, class Cells, class Means, class... Arguments>
     std::vector<Stage> tile_stages(SpringRuns on_spring_runs, CellRuns on_cell_runs, Springs on_springs, Cells on_cells,
-                                   Means on_means, const Arguments&... arguments) const;
+                                   Means on_means, const typename NetworkPolyhedra<T>::Visit& on_polyhedra,
+                                   const Arguments&... arguments) const;
+    /// The same of a visit to polyhedra: on a tile, and a stage a colour.
+    void for_polyhedra(const NetworkTile& tile, const typename NetworkPolyhedra<T>::Visit& visit) const;
+    std::vector<Stage> polyhedron_stages(const typename NetworkPolyhedra<T>::Visit& visit) const;
+    /// Those and, before them, what volumes of nodes are: nothing without.
+    std::vector<Stage> nodal_stages(State<T>& state, const kernels::HessianArrays<T>& fields) const;
     kernels::PackedNodes<T> packed_nodes(State<T>& state) const;
     /// What adds all forces to nodes whose forces are zero, a stage a colour.
-    std::vector<Stage> accumulate(const kernels::PackedNodes<T>& nodes) const;
+    std::vector<Stage> accumulate(State<T>& state) const;
 
     PackedXyzw<T> layout_;
     NetworkMeans means_;
     kernels::MeanConstants<T> mean_constants_;
+    NetworkPolyhedra<T> polyhedra_;
     NodeRun run_; ///< all nodes, where the layout keeps the caller's order
 };
 

@@ -32,7 +32,8 @@ kernels::Volume kernel_volume(const Lattice& lattice, const Material& material) 
     return has_own_volumes(lattice, material) ? kernels::Volume::none : kernel_volume(resolved_volume_energy(material));
 }
 kernels::Volume kernel_volume(const Network& network) {
-    return network.cells.empty() ? kernels::Volume::none : kernel_volume(network.volume_energy);
+    return network.cells.empty() && network.polyhedra.empty() ? kernels::Volume::none
+                                                              : kernel_volume(network.volume_energy);
 }
 
 NetworkMeans::NetworkMeans(const Network& network)

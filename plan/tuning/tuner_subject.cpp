@@ -179,6 +179,14 @@ Network sample_of(const Network& network, std::size_t most_nodes) {
             sample.cells.push_back(cell);
         }
     }
+    sample.nodal_volumes = network.nodal_volumes;
+    for (Network::Polyhedron polyhedron : network.polyhedra) {
+        const auto end = polyhedron.nodes.begin() + static_cast<std::ptrdiff_t>(polyhedron.node_count());
+        std::transform(polyhedron.nodes.begin(), end, polyhedron.nodes.begin(), number);
+        if (*std::min_element(polyhedron.nodes.begin(), end) >= 0) {
+            sample.polyhedra.push_back(polyhedron);
+        }
+    }
     return sample;
 }
 
@@ -201,7 +209,8 @@ TunerSubject<T> subject_of(const Network& network) {
     return {body_class<T>(network),
             network_layouts(),
             nodes,
-            network.cells.empty() ? nodes : network.cells.size(),
+            std::max(network.cells.size() + network.polyhedra.size(),
+                     network.cells.empty() && network.polyhedra.empty() ? nodes : 0),
             [&network](const PlanOptions& options) { return make_body<T>(network, options); },
             [&network](std::size_t most_nodes) { return owned_subject<T>(sample_of(network, most_nodes)); }};
 }

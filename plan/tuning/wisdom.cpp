@@ -156,6 +156,9 @@ std::string body_class(const Lattice& lattice, const Material& material) {
 template <class T>
 std::string body_class(const Network& network) {
     return "network " + precision_name<T>() + (cells_of(network, true).empty() ? "" : " springs-on-means") +
+           (network.polyhedra.empty() ? ""
+            : network.nodal_volumes   ? " nodal-volumes"
+                                      : " polyhedra") +
            volume_class(kernel_volume(network)) + size_class(network.masses.size()) +
            " numbering:" + (numbered_locally(network) ? "local" : "scattered");
 }

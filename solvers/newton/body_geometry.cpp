@@ -59,7 +59,11 @@ SolidCells SolidCells::of(const Lattice& lattice) {
 
 SolidCells SolidCells::of(const Network& network) {
     SolidCells solid;
-    for (const Network::Cell& given : network.cells) {
+    std::vector<Network::Cell> all = network.cells;
+    for (const Network::Polyhedron& polyhedron : network.polyhedra) {
+        all.push_back(as_hexahedron(polyhedron));
+    }
+    for (const Network::Cell& given : all) {
         Cell& cell = solid.cells.emplace_back();
         cell.rest_edges = rest_shape(network, given).edges;
         std::transform(given.nodes.begin(), given.nodes.end(), cell.nodes.begin(),

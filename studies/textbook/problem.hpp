@@ -67,5 +67,13 @@ double uniaxial_stress(const Material& material, const reference::Vector3d& dire
 paper::Table anisotropy_table();
 /// The law at large strain, waves by direction, and where the energy stops holding.
 std::vector<paper::Table> law_tables();
+/// A round bar by cubes, prisms and tetrahedra.
+paper::Table cylinder_table();
+/// Angular springs (bending bonds) in place of the volume force: accuracy and time.
+std::vector<paper::Table> angular_tables();
+/// By how much, relative, the energy of such a lattice under a small homogeneous strain is above an isotropic body's.
+double angular_stiffness_error(double poisson_ratio, const reference::Matrix3d& strain);
+/// The same of the work of its forces along a motion beside its energy's change.
+double angular_force_error();
 
 } // namespace hybmss::textbook

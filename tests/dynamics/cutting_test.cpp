@@ -1,14 +1,19 @@
 /// Cells removed from a moving body: what is left is the body that would have been built without them.
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/separation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -338,6 +343,110 @@ TEST(Cut, refuses_what_it_cannot_do) {
     EXPECT_NE(message(dynamics, Lattice::box(3, 4, 5, 0.2), 1).find("the lattice has cells of 0.2"), std::string::npos);
     EXPECT_EQ(message(dynamics, lattice, 1), "");
     EXPECT_NE(message(dynamics, Lattice::box(5, 4, 3, 0.1), 1).find("another grid"), std::string::npos);
+}
+
+/// A bar in flight whose ends fly apart; the middle is weaker, and tears.
+struct Torn {
+    std::vector<Field> displacements; ///< at each look
+    std::size_t faces = 0, parts = 0;
+    double mass = 0, momentum = 0, worst_jump = 0;
+};
+Torn torn_bar(double tear_strain, int threads) {
+    Lattice lattice = Lattice::box(12, 3, 3, 0.1);
+    for (int cell = 0; cell < 9; ++cell) {
+        lattice.set_cell_scale(6, cell % 3, cell / 3, 0.5f);
+    }
+    const Material material = soft(0.4, 1);
+    std::vector<std::array<std::uint32_t, 2>> faces;
+    SeparatedNetwork body = separate(lattice, material, faces);
+    PlanOptions options;
+    options.threads = threads;
+    Field u(3 * body.network.masses.size()), v(u.size());
+    for (std::size_t n = 0; n < body.network.masses.size(); ++n) {
+        v[3 * n] = 2 * (body.network.rest_positions[n][0] - 0.6);
+    }
+    const auto view = [](Field& field) { return VectorField<double>::aos(field.data(), field.size() / 3); };
+    auto dynamics = std::make_unique<ExplicitDynamics<double>>(body.network, options);
+    dynamics->set_velocities(view(v));
+    const double step = 0.5 * dynamics->critical_time_step();
+    Torn torn;
+    for (int look = 0; look < 150; ++look) {
+        dynamics->step({.time_step = step}, 5);
+        dynamics->get_displacements(view(u));
+        dynamics->get_velocities(view(v));
+        torn.displacements.push_back(u);
+        const auto now = torn_faces(lattice, body, view(u), tear_strain);
+        if (now.empty()) {
+            continue;
+        }
+        faces.insert(faces.end(), now.begin(), now.end());
+        const double before = dynamics->potential_energy().total() + dynamics->kinetic_energy();
+        SeparatedNetwork after = separate(lattice, material, faces);
+        const std::vector<std::uint32_t> from = nodes_before(body, after);
+        Field moved_u, moved_v;
+        for (const std::uint32_t node : from) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                moved_u.push_back(u[3 * node + c]);
+                moved_v.push_back(v[3 * node + c]);
+            }
+        }
+        u = moved_u;
+        v = moved_v;
+        body = std::move(after);
+        dynamics = std::make_unique<ExplicitDynamics<double>>(body.network, options);
+        dynamics->set_displacements(view(u));
+        dynamics->set_velocities(view(v));
+        const double kept = dynamics->potential_energy().total() + dynamics->kinetic_energy();
+        torn.worst_jump = std::max(torn.worst_jump, std::abs(kept / before - 1));
+    }
+    torn.faces = faces.size();
+    std::vector<std::size_t> part(body.network.masses.size());
+    std::iota(part.begin(), part.end(), std::size_t{0});
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (const Network::Spring& s : body.network.springs) {
+            std::size_t &a = part[static_cast<std::size_t>(s.a)], &b = part[static_cast<std::size_t>(s.b)];
+            changed = changed || a != b;
+            a = b = std::min(a, b);
+        }
+    }
+    for (std::size_t n = 0; n < part.size(); ++n) {
+        torn.parts += part[n] == n;
+        torn.mass += body.network.masses[n];
+        torn.momentum += body.network.masses[n] * v[3 * n];
+    }
+    return torn;
+}
+
+TEST(Tearing, PartsWhereItIsWeakestAndLosesNothing) {
+    const Torn whole = torn_bar(10, 1), torn = torn_bar(0.25, 1);
+    EXPECT_EQ(whole.faces, 0u);
+    EXPECT_EQ(whole.parts, 1u);
+    EXPECT_GE(torn.faces, 9u);
+    EXPECT_GE(torn.parts, 2u);
+    EXPECT_LT(torn.worst_jump, 1e-12); // each cell keeps its own
+    EXPECT_NEAR(torn.mass, 12 * 9, 1e-10);
+    EXPECT_NEAR(torn.momentum, 0, 1e-9);
+    std::printf("torn: %zu faces, %zu parts\n", torn.faces, torn.parts);
+    // The same for any threads, look by look.
+    EXPECT_EQ(torn_bar(0.25, 3).displacements, torn.displacements);
+}
+
+TEST(Tearing, RefusesWhatIsNone) {
+    const Lattice lattice = Lattice::box(2, 1, 1, 0.1);
+    const SeparatedNetwork body = separate(lattice, soft(0.3, 1), {});
+    Field u(36);
+    const auto field = VectorField<const double>::aos(u.data(), 12);
+    EXPECT_TRUE(torn_faces(lattice, body, field, 0.1).empty());
+    for (std::size_t n = 0; n < 12; ++n) {
+        u[3 * n] = 0.3 * body.network.rest_positions[n][0]; // by 30 %
+    }
+    EXPECT_EQ(torn_faces(lattice, body, field, 0.299).size(), 1u);
+    EXPECT_TRUE(torn_faces(lattice, body, field, 0.301).empty());
+    EXPECT_THROW(torn_faces(lattice, body, field, 0), std::invalid_argument);
+    EXPECT_THROW(torn_faces(lattice, body, VectorField<const double>::aos(u.data(), 11), 0.1), std::invalid_argument);
+    EXPECT_THROW(torn_faces(Lattice::box(3, 1, 1, 0.1), body, field, 0.1), std::invalid_argument);
+    EXPECT_THROW(nodes_before(body, separate(Lattice::box(3, 1, 1, 0.1), soft(0.3, 1), {})), std::invalid_argument);
 }
 
 } // namespace

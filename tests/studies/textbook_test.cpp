@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace hybmss::textbook {
 namespace {
@@ -91,6 +92,21 @@ TEST(Anisotropy, comes_with_strain) {
         EXPECT_GT(std::abs(diagonal / edge - 1), 0.01);
         EXPECT_NEAR(edge, ratio == 1 ? 0.214401 : 0.207992, 1e-6);
     }
+}
+
+TEST(AngularSprings, AreIsotropicAndHaveTheirEnergysForces) {
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    for (const double nu : {-0.2, 0.0, 0.2, 0.3}) {
+        for (int i = 0; i < 20; ++i) {
+            reference::Matrix3d strain;
+            for (double& entry : strain.reshaped()) {
+                entry = normal(random);
+            }
+            EXPECT_NEAR(angular_stiffness_error(nu, 1e-6 * (strain + strain.transpose())), 0, 1e-4) << nu;
+        }
+    }
+    EXPECT_NEAR(angular_force_error(), 0, 1e-7);
 }
 
 } // namespace
