@@ -14,6 +14,7 @@ void add_textbook_command(CLI::App& app);
 void add_law_command(CLI::App& app);
 void add_angular_command(CLI::App& app);
 void add_cells_command(CLI::App& app);
+void add_volumes_command(CLI::App& app);
 void add_tissue_command(CLI::App& app);
 void add_calculix_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
     add_law_command(app);
     add_angular_command(app);
     add_cells_command(app);
+    add_volumes_command(app);
     add_tissue_command(app);
     add_calculix_command(app);
 #ifdef HYBMSS_WITH_BENCH

@@ -1,4 +1,4 @@
-// Studies that print tables of figures and nothing else: textbook, law, angular, cells, tissue.
+// Studies that print tables of figures and nothing else: textbook, law, angular, cells, volumes, tissue.
 
 #include "app/command_line.hpp"
 #include "app/progress_line.hpp"
@@ -103,6 +103,15 @@ void add_cells_command(CLI::App& app) {
     arguments->add_to(*command);
     command->callback(
         [arguments] { write_tables("cells", *arguments, [] { return std::vector{textbook::cylinder_table()}; }); });
+}
+
+void add_volumes_command(CLI::App& app) {
+    const auto arguments = std::make_shared<TableArguments>();
+    CLI::App* command = app.add_subcommand("volumes", "the paper's pressed cube cell by cell");
+    arguments->add_to(*command);
+    command->callback([arguments] {
+        write_tables("volumes", *arguments, [] { return std::vector{textbook::cell_volumes_table()}; });
+    });
 }
 
 void add_tissue_command(CLI::App& app) {

@@ -67,6 +67,8 @@ double uniaxial_stress(const Material& material, const reference::Vector3d& dire
 paper::Table anisotropy_table();
 /// The law at large strain, waves by direction, and where the energy stops holding.
 std::vector<paper::Table> law_tables();
+/// How evenly the paper's pressed cube is compressed, cell by cell.
+paper::Table cell_volumes_table();
 /// A round bar by cubes, prisms and tetrahedra.
 paper::Table cylinder_table();
 /// Angular springs (bending bonds) in place of the volume force: accuracy and time.
