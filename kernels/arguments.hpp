@@ -271,6 +271,34 @@ struct CellTurns;
 template <class T>
 struct TurnedRows;
 
+// ---- cells of another size at rest
+
+/// What their springs, volumes and patterns are made of, by the shear modulus G and the edge h.
+template <class T>
+struct ActuationLaw {
+    T edge, face, cube;       ///< k / (G h): a cell's share of each spring, or on means all of it
+    T quadratic, cubic;       ///< of SpringStiffening
+    T crush, crush_ratio;     ///< beta / J0^2, and J0
+    T bending, coupling, twist, joint_twist, fourth; ///< of PatternConstants, by G h
+    bool mean_stretch;        ///< cells' volumes have it, those with kappa < 0 alone where
+    bool by_sign;
+};
+
+/// Cells in the order of their numbers; `count` of them, a multiple of kMaxWidth: those at the end weigh nothing.
+template <class T>
+struct ActuatedCells {
+    const std::uint32_t* place[8]; ///< of the corners in a component of a field, its stride counted in
+    const T* weight;               ///< G h^2 times the cell's scale, N
+    const T* kappa;                ///< over G
+    const T* stretch[3];           ///< of the axes at rest, > 0
+    Range count;
+    ActuationLaw<T> law;
+    T by_edge;                ///< the unit of length over h
+    const T* displacement[3]; ///< in the unit of length
+    const T* direction[3];    ///< likewise
+    T* result;                ///< N: the components of the corners one after the other, `count` of each
+};
+
 // ---- vertices in cells
 
 /// A cell with vertices: `count` of them from `first` on.

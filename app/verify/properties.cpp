@@ -174,6 +174,54 @@ void check_skin(Subject<T>& subject, unsigned seed) {
     subject.record("skin", error);
 }
 
+/// A body whose cells have all grown alike against the reference of a lattice of such cells: forces and energy.
+template <class T>
+void check_actuation(Subject<T>& subject, const PlanOptions& options, unsigned seed) {
+    constexpr double kStretch = 0.75;
+    const Lattice& lattice = *subject.body.lattice;
+    const auto [nx, ny, nz] = lattice.cells();
+    const std::span<const float> scales = lattice.cell_scales();
+    Lattice grown =
+        Lattice::from_cells(nx, ny, nz, kStretch * lattice.cell_size(), std::vector<float>(scales.begin(), scales.end()));
+    std::vector<std::uint8_t> tissue;
+    std::vector<std::uint32_t> cells;
+    for (std::uint32_t c = 0; c < scales.size(); ++c) {
+        tissue.push_back(static_cast<std::uint8_t>(lattice.cell_tissue(c)));
+        if (scales[c] > 0) {
+            cells.push_back(c);
+        }
+    }
+    if (!lattice.tissues().empty()) {
+        grown.set_tissues({lattice.tissues().begin(), lattice.tissues().end()}, tissue);
+    }
+    const reference::Body reference = reference::assemble(grown, subject.body.material);
+    std::vector<Vector3d> u = random_displacements(subject, 0.1, seed);
+    for (std::size_t n = 0; n < u.size(); ++n) {
+        u[n] = kStretch * u[n] + (kStretch - 1) * subject.reference.rest[n];
+    }
+    u = rounded<T>(u);
+    auto dynamics = make_planned<ExplicitDynamics<T>>(subject.body, options);
+    dynamics.actuate(lattice, subject.body.material, cells,
+                     std::vector<RestStretch>(cells.size(), {kStretch, kStretch, kStretch}));
+    NodeArray<T> at(Arrangement::stride_3, u), own(Arrangement::stride_3, u.size()),
+        added(Arrangement::stride_3, u.size());
+    dynamics.set_displacements(at.field());
+    dynamics.get_forces(own.field());
+    dynamics.get_effect_forces(added.field());
+    std::vector<Vector3d> found = own.vectors();
+    for (std::size_t n = 0; n < found.size(); ++n) {
+        found[n] += added.vectors()[n];
+    }
+    const double energy = dynamics.potential_energy().total() + dynamics.effect_energies().at(0).stored;
+    // What cancels is of the size of the body's own forces and energy.
+    const double scale = subject.greatest_scale(u), size = std::abs(dynamics.potential_energy().springs);
+    for (std::size_t n = 0; n < u.size(); ++n) {
+        u[n] -= (kStretch - 1) * subject.reference.rest[n];
+    }
+    subject.record("actuation", std::max(max_difference(found, reference::forces(reference, u)) / scale,
+                                         std::abs(energy - reference::energy(reference, u).total()) / size));
+}
+
 /// A free body's forces and their moments about the origin sum to zero.
 template <class T>
 void check_totals(Subject<T>& subject, unsigned seed) {
@@ -315,6 +363,7 @@ void check_all(const TestBody& body, const MatrixOptions& options, RowTable& tab
         check_totals(subject, options.seed);
         if (body.lattice) {
             check_skin(subject, options.seed);
+            check_actuation(subject, plan_options(key), options.seed);
         }
         check_rigid_motions(subject);
         check_diagonal(subject, options.seed);

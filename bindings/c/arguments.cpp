@@ -120,6 +120,61 @@ bool is_double(hybmss_precision precision, const char* name) {
     return precision == HYBMSS_DOUBLE;
 }
 
+PrescribedNode prescribed_node(const hybmss_prescribed_node& given) {
+    if (given.axes > 7) {
+        throw std::invalid_argument("axes of prescribed node " + std::to_string(given.node) + " = " +
+                                    std::to_string(given.axes) + " is not allowed: it must be 0 to 7");
+    }
+    PrescribedNode node{given.node, static_cast<std::uint8_t>(given.axes), {}, {}};
+    std::copy_n(given.displacement, 3, node.displacement.begin());
+    std::copy_n(given.velocity, 3, node.velocity.begin());
+    return node;
+}
+
+RigidPose pose_of(const hybmss_pose& given) {
+    RigidPose pose;
+    std::copy_n(given.position, 3, pose.position.begin());
+    std::copy_n(given.rotation, 9, pose.rotation.begin());
+    std::copy_n(given.velocity, 3, pose.velocity.begin());
+    std::copy_n(given.angular_velocity, 3, pose.angular_velocity.begin());
+    return pose;
+}
+
+Obstacle obstacle_of(const hybmss_obstacle& given) {
+    const double(&d)[3] = given.dimensions;
+    Obstacle obstacle{{}, pose_of(given.pose), given.friction, given.stiffness, given.friction_delay};
+    switch (given.shape) {
+    case HYBMSS_PLANE:
+        obstacle.shape = PlaneShape{{d[0], d[1], d[2]}};
+        break;
+    case HYBMSS_SPHERE:
+        obstacle.shape = SphereShape{d[0]};
+        break;
+    case HYBMSS_BOX:
+        obstacle.shape = BoxShape{{d[0], d[1], d[2]}};
+        break;
+    case HYBMSS_CAPSULE:
+        if (!(d[1] >= 0)) {
+            throw std::invalid_argument("dimensions[1] = " + std::to_string(d[1]) +
+                                        " is not allowed: the length of a capsule's axis must be at least 0");
+        }
+        obstacle.shape = CapsuleShape{{0, d[1], 0}, d[0]};
+        break;
+    default:
+        throw std::invalid_argument("shape = " + std::to_string(given.shape) + " is not allowed: it must be 0 to 3");
+    }
+    return obstacle;
+}
+
+std::vector<RestStretch> stretches_of(const double* stretches, std::size_t count) {
+    require(stretches, "stretches", count);
+    std::vector<RestStretch> given(count);
+    for (std::size_t c = 0; c < count; ++c) {
+        std::copy_n(stretches + 3 * c, 3, given[c].begin());
+    }
+    return given;
+}
+
 } // namespace hybmss::c_interface
 
 extern "C" {

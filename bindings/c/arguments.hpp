@@ -3,6 +3,7 @@
 /// \file
 /// What callers give, in the library's words, and the status that they get back.
 
+#include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/hybmss.h"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
@@ -13,6 +14,7 @@
 #include <cstddef>
 #include <memory>
 #include <variant>
+#include <vector>
 
 namespace hybmss::c_interface {
 
@@ -67,6 +69,11 @@ struct LatticeBody {
 /// Throw std::invalid_argument for a number that names none.
 VolumeEnergy volume_energy(hybmss_volume_energy number);
 Material material(const hybmss_material* given);
+PrescribedNode prescribed_node(const hybmss_prescribed_node& given);
+RigidPose pose_of(const hybmss_pose& given);
+Obstacle obstacle_of(const hybmss_obstacle& given);
+/// Three numbers a cell.
+std::vector<RestStretch> stretches_of(const double* stretches, std::size_t count);
 
 } // namespace hybmss::c_interface
 

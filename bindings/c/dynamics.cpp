@@ -80,41 +80,6 @@ std::vector<SurfaceNode> surface_of(const hybmss_body& body, const Place& place)
     return surface;
 }
 
-RigidPose pose_of(const hybmss_pose& given) {
-    RigidPose pose;
-    std::copy_n(given.position, 3, pose.position.begin());
-    std::copy_n(given.rotation, 9, pose.rotation.begin());
-    std::copy_n(given.velocity, 3, pose.velocity.begin());
-    std::copy_n(given.angular_velocity, 3, pose.angular_velocity.begin());
-    return pose;
-}
-
-Obstacle obstacle_of(const hybmss_obstacle& given) {
-    const double(&d)[3] = given.dimensions;
-    Obstacle obstacle{{}, pose_of(given.pose), given.friction, given.stiffness, given.friction_delay};
-    switch (given.shape) {
-    case HYBMSS_PLANE:
-        obstacle.shape = PlaneShape{{d[0], d[1], d[2]}};
-        break;
-    case HYBMSS_SPHERE:
-        obstacle.shape = SphereShape{d[0]};
-        break;
-    case HYBMSS_BOX:
-        obstacle.shape = BoxShape{{d[0], d[1], d[2]}};
-        break;
-    case HYBMSS_CAPSULE:
-        if (!(d[1] >= 0)) {
-            throw std::invalid_argument("dimensions[1] = " + std::to_string(d[1]) +
-                                        " is not allowed: the length of a capsule's axis must be at least 0");
-        }
-        obstacle.shape = CapsuleShape{{0, d[1], 0}, d[0]};
-        break;
-    default:
-        throw std::invalid_argument("shape = " + std::to_string(given.shape) + " is not allowed: it must be 0 to 3");
-    }
-    return obstacle;
-}
-
 hybmss_obstacle_reading reading_of(const ObstacleReading& read) {
     hybmss_obstacle_reading out{};
     std::copy(read.force.begin(), read.force.end(), out.force);
@@ -162,17 +127,6 @@ Anchor anchor(const hybmss_anchor* given, const char* name) {
     }
     std::copy_n(given->point, 3, out.point.begin());
     return out;
-}
-
-PrescribedNode prescribed_node(const hybmss_prescribed_node& given) {
-    if (given.axes > 7) {
-        throw std::invalid_argument("axes of prescribed node " + std::to_string(given.node) + " = " +
-                                    std::to_string(given.axes) + " is not allowed: it must be 0 to 7");
-    }
-    PrescribedNode node{given.node, static_cast<std::uint8_t>(given.axes), {}, {}};
-    std::copy_n(given.displacement, 3, node.displacement.begin());
-    std::copy_n(given.velocity, 3, node.velocity.begin());
-    return node;
 }
 
 } // namespace
@@ -275,6 +229,23 @@ hybmss_status hybmss_dynamics_relax(hybmss_dynamics* dynamics, const hybmss_body
         }
         moving.body.relax(moving.place->cut ? *moving.place->cut : whole.lattice, whole.material, given);
     });
+}
+
+hybmss_status hybmss_dynamics_actuate(hybmss_dynamics* dynamics, const hybmss_body* body, const uint32_t* cells,
+                                      const double* stretches, size_t count) {
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
+        require_own(body, moving.body.node_count());
+        require(cells, "cells", count);
+        const std::vector<RestStretch> given = stretches_of(stretches, count);
+        const LatticeBody& whole = lattice_of(*body, "a lattice has cells of another size at rest");
+        moving.body.actuate(moving.place->cut ? *moving.place->cut : whole.lattice, whole.material, {cells, count},
+                            given);
+    });
+}
+
+hybmss_status hybmss_dynamics_set_rest_stretches(hybmss_dynamics* dynamics, const double* stretches, size_t count) {
+    return guarded(dynamics, "dynamics",
+                   [&](auto& moving) { moving.body.set_rest_stretches(stretches_of(stretches, count)); });
 }
 
 hybmss_status hybmss_dynamics_remove_cells(hybmss_dynamics* dynamics, const hybmss_body* body, const uint32_t* cells,

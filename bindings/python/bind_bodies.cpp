@@ -138,5 +138,6 @@ PYBIND11_MODULE(_hybmss, module) {
     hybmss::python::bind_bodies(module);
     hybmss::python::bind_plans(module);
     hybmss::python::bind_dynamics(module);
+    hybmss::python::bind_equilibria(module);
     hybmss::python::bind_simulation(module);
 }

@@ -105,16 +105,10 @@ void add_field(py::class_<Dynamics>& type, const char* name, const char* words, 
 
 void prescribe(Dynamics& dynamics, const std::vector<std::uint32_t>& nodes, const std::string& axes,
                const Vector3& displacement, const Vector3& velocity) {
-    unsigned mask = 0;
-    for (const char axis : axes) {
-        if (axis < 'x' || axis > 'z') {
-            throw std::invalid_argument("axes = \"" + axes + "\" is not allowed: it must be made of x, y and z");
-        }
-        mask |= 1u << (axis - 'x');
-    }
+    const std::uint8_t mask = axes_of(axes);
     std::vector<PrescribedNode> prescribed;
     for (const std::uint32_t node : nodes) {
-        prescribed.push_back({node, static_cast<std::uint8_t>(mask), displacement, velocity});
+        prescribed.push_back({node, mask, displacement, velocity});
     }
     dynamics.visit([&](auto& body) { body.prescribe(prescribed); });
 }
@@ -326,6 +320,17 @@ void bind_world(py::module_& module) {
 
 } // namespace
 
+std::uint8_t axes_of(const std::string& axes) {
+    unsigned mask = 0;
+    for (const char axis : axes) {
+        if (axis < 'x' || axis > 'z') {
+            throw std::invalid_argument("axes = \"" + axes + "\" is not allowed: it must be made of x, y and z");
+        }
+        mask |= 1u << (axis - 'x');
+    }
+    return static_cast<std::uint8_t>(mask);
+}
+
 void bind_dynamics(py::module_& module) {
     py::class_<Dynamics> type(module, "ExplicitDynamics",
                               "A body that moves by explicit steps and owns its state. For one thread at a time.");
@@ -361,6 +366,21 @@ void bind_dynamics(py::module_& module) {
         py::arg("lattice"), py::arg("material"), py::arg("branches"),
         "Gives the material a memory from now on: branches of (part, time in s), each part times the moduli of slow "
         "loads, which fades by exp(-t / time). The lattice and the material are those that the body was made from.");
+    type.def(
+        "actuate",
+        [](Dynamics& dynamics, const Lattice& lattice, const Material& material,
+           const std::vector<std::uint32_t>& cells, const std::vector<RestStretch>& stretches) {
+            dynamics.visit([&](auto& body) { body.actuate(lattice, material, cells, stretches); });
+        },
+        py::arg("lattice"), py::arg("material"), py::arg("cells"), py::arg("stretches"),
+        "Makes these cells, and no others, of another size at rest: muscles, swelling. Three stretches a cell, of the "
+        "axes x, y and z, from 0.1 to 10. The lattice and the material are those that the body was made from.");
+    type.def(
+        "set_rest_stretches",
+        [](Dynamics& dynamics, const std::vector<RestStretch>& stretches) {
+            dynamics.visit([&](auto& body) { body.set_rest_stretches(stretches); });
+        },
+        py::arg("stretches"), "Other stretches of the same cells.");
     type.def("load", &load, py::arg("nodes"), py::arg("force"),
              "Pulls each of these nodes with the force (N), no others.");
     module.def(

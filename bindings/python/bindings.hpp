@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -22,7 +23,11 @@ namespace py = pybind11;
 void bind_bodies(py::module_& module);
 void bind_plans(py::module_& module);
 void bind_dynamics(py::module_& module);
+void bind_equilibria(py::module_& module);
 void bind_simulation(py::module_& module);
+
+/// A set of axes by their letters: bit 0 is x. Throws std::invalid_argument.
+std::uint8_t axes_of(const std::string& axes);
 
 /// The options of plans and dynamics by their names in Python.
 PlanOptions plan_options(int threads, const std::string& layout, const std::string& instruction_set,

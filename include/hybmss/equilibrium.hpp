@@ -52,6 +52,8 @@ struct Loading {
     /// Where the obstacles of EquilibriumSolver::set_obstacles() are, one each; or none: where they were. Velocities
     /// are not used.
     std::vector<RigidPose> obstacles = {};
+    /// The sizes at rest of the cells of EquilibriumSolver::actuate(), one each; or none: as they were.
+    std::vector<RestStretch> rest_stretches = {};
 };
 
 /// Where a solve stands.
@@ -183,6 +185,10 @@ public:
     /// the side that is nearest: obstacles come to a body along a path of load steps, not through it. With obstacles no
     /// coarser mesh is solved first. Throws std::invalid_argument for friction, which has no potential.
     void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles);
+    /// Replaces the cells that Loading::rest_stretches gives another size at rest, as ExplicitDynamics::actuate does;
+    /// none before the first call, and all as they were made after it. solve() goes there in proportion. With such
+    /// cells no coarser mesh is solved first. Throws std::invalid_argument as that does, and for a network.
+    void actuate(std::span<const std::uint32_t> cells);
     /// What obstacles, where they are, and the body do to each other at displacements of the caller, one an obstacle:
     /// depths are present ones, impulses zero.
     std::vector<ObstacleReading> obstacle_readings(VectorField<const T> displacement);
@@ -236,14 +242,14 @@ public:
     /// and keeps linear momentum; angular momentum up to the turn of a spring in a step. No part of solve() and
     /// follow().
     void damp_springs(double stiffness_damping);
-    /// What the damped springs, the pressures and contact with obstacles have of energy: an entry each, as far as there
+    /// What the damped springs, the pressures, cells of another size and contact with obstacles have of energy: an entry each, as far as there
     /// are any. Pressures store p (V - V at rest), contact what its springs do, at the last state that was found.
     std::vector<EffectEnergy> effect_energies() const;
     /// What they count up from step to step, to go on with in a solver that is damped too. Throws
     /// std::invalid_argument for another count than effect_memory() gives.
     std::vector<double> effect_memory() const;
     void set_effect_memory(std::span<const double> memory);
-    /// Sets (not adds) the forces of damped springs, and of the last solve's pressures and obstacles, N, at
+    /// Sets (not adds) the forces of damped springs, and of the last solve's pressures, sizes and obstacles, N, at
     /// displacements and velocities of the caller.
     void get_effect_forces(VectorField<const T> displacement, VectorField<const T> velocity, VectorField<T> force);
 

@@ -67,6 +67,11 @@ struct Relaxation {
     bool operator==(const Relaxation&) const = default;
 };
 
+/// A cell's own size at rest: by how much its x, y and z axes are stretched there, each in [0.1, 10]; 1, 1, 1 is as it
+/// was made.
+using RestStretch = std::array<double, 3>;
+inline constexpr double kLeastRestStretch = 0.1, kMostRestStretch = 10;
+
 /// What an effect beyond the body's own forces has of energy, J.
 struct EffectEnergy {
     std::string name;
@@ -173,6 +178,23 @@ public:
     /// critical_time_step() smaller. Throws std::invalid_argument for values that are not allowed, more than four
     /// branches, and a lattice with other nodes.
     void relax(const Lattice& lattice, const Material& material, std::span<const Relaxation> branches);
+
+    /// Makes cells be of another size at rest: muscles that contract, tissue that swells or grows, chambers of a soft
+    /// robot. A cell that stored the energy W of its deformation F stores Ja W(F diag(1/s)) with the stretches s and
+    /// Ja = s_x s_y s_z: what an unloaded cell so stretched is, of the same material. Along the axes of the grid at
+    /// rest; with equal stretches a cell of the edge s h. Masses and damping stay. `lattice` and `material` are those
+    /// that the body was made from, less the cells removed since; `cells` are indices as Lattice::cell_index() gives,
+    /// each once, `stretches` one a cell. None: no more, and no cost. One of effect_energies(): stored is what is added
+    /// to the body's own energy, dissipated what changes of the sizes have put in, with the sign reversed. Makes
+    /// critical_time_step() smaller by sqrt(Ja) over the least stretch where that is above 1. Throws
+    /// std::invalid_argument for cells that are not there or twice, another count, stretches outside of the range, and
+    /// a lattice with other nodes.
+    ///
+    ///     dynamics.actuate(lattice, material, muscle, std::vector<RestStretch>(muscle.size(), {1, 0.8, 1}));
+    void actuate(const Lattice& lattice, const Material& material, std::span<const std::uint32_t> cells,
+                 std::span<const RestStretch> stretches);
+    /// Other stretches of the same cells, from now on. Throws as actuate() does.
+    void set_rest_stretches(std::span<const RestStretch> stretches);
 
     /// Takes `count` steps. Throws std::invalid_argument for a negative count or damping, a time step that is not
     /// finite and > 0, or an acceleration that is not finite. A step above the critical one is taken, as larger ones

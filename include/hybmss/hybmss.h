@@ -378,6 +378,14 @@ typedef struct hybmss_relaxation {
  * be null. `body`: what the dynamics was made of. Shortens the critical time step. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_relax(hybmss_dynamics* dynamics, const hybmss_body* body,
                                                   const hybmss_relaxation* branches, size_t count);
+/* Makes a lattice's cells of another size at rest, by their indices: three stretches a cell, of the axes x, y and z, each
+ * in [0.1, 10]; none for `count` 0, where both may be null. `body`: what the dynamics was made of.
+ * ExplicitDynamics::actuate() says all. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_actuate(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                                    const uint32_t* cells, const double* stretches, size_t count);
+/* Other stretches of the same cells. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_rest_stretches(hybmss_dynamics* dynamics, const double* stretches,
+                                                               size_t count);
 /* Takes `count` >= 0 steps. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_step(hybmss_dynamics* dynamics, const hybmss_step_parameters* parameters,
                                                  int64_t count);
@@ -453,6 +461,95 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_move_obstacles(hybmss_dynamics* dyna
 /* One an obstacle. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_obstacle_readings(const hybmss_dynamics* dynamics,
                                                               hybmss_obstacle_reading* readings, size_t count);
+
+/* ---- equilibria: hybmss/equilibrium.hpp says all ---- */
+
+/* Finds where a body comes to rest under loads, and takes implicit steps; its state is the caller's. */
+typedef struct hybmss_equilibrium hybmss_equilibrium;
+
+typedef int32_t hybmss_preconditioner;
+enum { HYBMSS_PRECONDITIONER_AUTOMATIC = 0, HYBMSS_BLOCK_JACOBI = 1, HYBMSS_MULTIGRID = 2 };
+
+/* How a solve ended. */
+typedef enum hybmss_outcome {
+    HYBMSS_CONVERGED = 0,
+    HYBMSS_ITERATIONS_EXHAUSTED = 1,
+    HYBMSS_NO_DESCENT = 2, /* rounding hides what is left to gain */
+    HYBMSS_UNBOUNDED = 3,  /* the energy falls without end: nothing holds the body */
+    HYBMSS_INVERTED = 4,   /* cells are turned inside out */
+    HYBMSS_NOT_FINITE = 5,
+    HYBMSS_STOPPED = 6 /* by the progress function */
+} hybmss_outcome;
+
+/* What holds and loads a body. Any pointer may be null where its count is 0. */
+typedef struct hybmss_loading {
+    const hybmss_prescribed_node* supports; /* where they are held, m from rest; velocities are not used */
+    size_t support_count;
+    const hybmss_nodal_load* loads; /* several on one node add up */
+    size_t load_count;
+    double acceleration[3];  /* gravity, m/s^2 */
+    const double* pressures; /* Pa, one a face of hybmss_equilibrium_press, or none */
+    size_t pressure_count;
+    const hybmss_pose* obstacles; /* where they are, one each, or none: where they were; velocities are not used */
+    size_t obstacle_count;
+    const double* stretches; /* three a cell of hybmss_equilibrium_actuate, or none: as they were */
+    size_t stretch_count;    /* of cells */
+} hybmss_loading;
+
+typedef struct hybmss_equilibrium_options {
+    double tolerance;          /* largest unbalanced force by the largest support force or load, in (0, 1) */
+    int32_t newton_iterations; /* at most, a load step */
+    int32_t load_steps;        /* at most */
+    double first_load_step;    /* part of the loading that is tried first, in (0, 1] */
+    hybmss_preconditioner preconditioner;
+    int32_t leave_saddles; /* 0 or 1; 1: go on to a lower minimum from where no force points away from a saddle */
+    /* Called at every iteration; other than 0 stops. May be null. */
+    int (*progress)(double load_fraction, int32_t newton_iteration, double residual, void* user);
+    void* user; /* handed back to it */
+} hybmss_equilibrium_options;
+
+/* Those of EquilibriumOptions in C++. */
+HYBMSS_EXPORT hybmss_equilibrium_options hybmss_default_equilibrium_options(void);
+
+typedef struct hybmss_equilibrium_result {
+    hybmss_outcome outcome;
+    double residual, potential; /* the latter in J */
+    double load_fraction;       /* the part of the loading that the state is at; 1 where all went well */
+    int32_t load_steps, newton_iterations;
+    int64_t cg_iterations;
+    double least_volume_ratio, greatest_volume_ratio; /* of the cells */
+} hybmss_equilibrium_result;
+
+HYBMSS_EXPORT hybmss_status hybmss_equilibrium_create(const hybmss_body* body, hybmss_precision precision,
+                                                      const hybmss_plan_options* options,
+                                                      hybmss_equilibrium** equilibrium);
+HYBMSS_EXPORT void hybmss_equilibrium_destroy(hybmss_equilibrium* equilibrium);
+
+/* Replaces the faces that a loading's pressures press, four nodes each; none for `count` 0. `body`, here and below:
+ * what the equilibrium was made of. */
+HYBMSS_EXPORT hybmss_status hybmss_equilibrium_press(hybmss_equilibrium* equilibrium, const hybmss_body* body,
+                                                     const uint32_t* nodes, size_t count);
+/* Replaces all obstacles, without friction, at their poses; the body's surface touches them. */
+HYBMSS_EXPORT hybmss_status hybmss_equilibrium_set_obstacles(hybmss_equilibrium* equilibrium, const hybmss_body* body,
+                                                             const hybmss_obstacle* obstacles, size_t count);
+/* Replaces the cells, by their indices, that a loading gives another size at rest. */
+HYBMSS_EXPORT hybmss_status hybmss_equilibrium_actuate(hybmss_equilibrium* equilibrium, const uint32_t* cells,
+                                                       size_t count);
+
+/* From the displacements (m) to equilibrium; written there, as `result` is, also where the outcome is no equilibrium:
+ * then the last one on the way. `options` may be null: the defaults. */
+HYBMSS_EXPORT hybmss_status hybmss_equilibrium_solve(hybmss_equilibrium* equilibrium, const hybmss_loading* loading,
+                                                     const hybmss_field* displacements,
+                                                     const hybmss_equilibrium_options* options,
+                                                     hybmss_equilibrium_result* result);
+/* One step of backward Euler, stable for any `time_step` (s); `mass_damping` in 1/s. */
+HYBMSS_EXPORT hybmss_status hybmss_equilibrium_step(hybmss_equilibrium* equilibrium, const hybmss_loading* loading,
+                                                    double time_step, double mass_damping,
+                                                    const hybmss_field* displacements, const hybmss_field* velocities,
+                                                    const hybmss_equilibrium_options* options,
+                                                    hybmss_equilibrium_result* result);
+/* Why the last solve or step found none, in one line; "" where it did. Valid until the next one. */
+HYBMSS_EXPORT const char* hybmss_equilibrium_message(const hybmss_equilibrium* equilibrium);
 
 /* ---- worlds: several bodies that touch and are tied; hybmss/world.hpp says all ---- */
 

@@ -53,6 +53,7 @@ public:
     void press(std::span<const SurfaceFace> faces, std::span<const double> pressures) {
         solver_.press(faces, pressures);
     }
+    void actuate(std::span<const std::uint32_t> cells) { solver_.actuate(cells); }
     void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
         solver_.set_obstacles(surface, obstacles);
     }

@@ -533,6 +533,100 @@ PressedFaces pressed_faces(const Scene& scene, const Lattice& lattice, const Sup
     return pressed;
 }
 
+std::vector<RestStretch> ActuatedCells::at(const Scene& scene, double time, double part) const {
+    std::vector<RestStretch> of_each;
+    for (const Actuate& actuate : scene.actuations) {
+        RestStretch& s = of_each.emplace_back(value_at(actuate.stretch, actuate.stretch_in_time, time));
+        for (double& stretch : s) {
+            stretch = part == 1 ? stretch : 1 + part * (stretch - 1);
+        }
+    }
+    std::vector<RestStretch> stretches;
+    stretches.reserve(by.size());
+    for (const std::uint32_t a : by) {
+        stretches.push_back(of_each[a]);
+    }
+    return stretches;
+}
+
+bool ActuatedCells::changing(const Scene& scene) const {
+    return std::any_of(scene.actuations.begin(), scene.actuations.end(),
+                       [](const Actuate& actuate) { return !actuate.stretch_in_time.empty(); });
+}
+
+ActuatedCells actuated_cells(const Scene& scene, const Lattice& lattice) {
+    ActuatedCells actuated;
+    if (scene.actuations.empty()) {
+        return actuated;
+    }
+    std::vector<std::uint32_t> filled;
+    std::vector<Vector3> centers;
+    const std::array<int, 3>& count = lattice.cells();
+    for (int k = 0; k < count[2]; ++k) {
+        for (int j = 0; j < count[1]; ++j) {
+            for (int i = 0; i < count[0]; ++i) {
+                if (lattice.cell_scale(i, j, k) > 0) {
+                    filled.push_back(static_cast<std::uint32_t>(lattice.cell_index(i, j, k)));
+                    const std::array<double, 3> place = {i + 0.5, j + 0.5, k + 0.5};
+                    Vector3& center = centers.emplace_back(scene.body.origin);
+                    for (std::size_t a = 0; a < 3; ++a) {
+                        center[a] += lattice.cell_size() * place[a];
+                    }
+                }
+            }
+        }
+    }
+    std::vector<std::int64_t> owner(filled.size(), -1);
+    for (std::uint32_t a = 0; a < scene.actuations.size(); ++a) {
+        const Actuate& given = scene.actuations[a];
+        const std::string path = "actuate[" + std::to_string(a) + "].";
+        std::vector<std::uint32_t> chosen(filled.size());
+        std::iota(chosen.begin(), chosen.end(), 0u);
+        if (given.where) {
+            chosen = std::holds_alternative<NodeRegion>(*given.where)
+                         ? std::vector<std::uint32_t>()
+                         : select_nodes(centers, lattice.cell_size(), *given.where);
+        }
+        if (given.label) {
+            const std::vector<std::uint8_t>& labels = scene.body.labels;
+            std::erase_if(chosen, [&](std::uint32_t c) {
+                return (labels.empty() ? 1 : labels[filled[c]]) != *given.label;
+            });
+        }
+        if (chosen.empty()) {
+            throw scene_error(scene, path + (given.where ? "where" : "label"),
+                              "the body has no cell whose centre lies in it and that has the label, if one is given");
+        }
+        for (const std::uint32_t c : chosen) {
+            if (owner[c] >= 0) {
+                throw scene_error(scene, path + (given.where ? "where" : "label"),
+                                  printed("a cell may be in one [[actuate]]: that around (%g, %g, %g) m is in "
+                                          "actuate[%d] too",
+                                          centers[c][0], centers[c][1], centers[c][2], static_cast<int>(owner[c])));
+            }
+            owner[c] = a;
+            actuated.cells.push_back(filled[c]);
+            actuated.by.push_back(a);
+        }
+    }
+    return actuated;
+}
+
+double stiffening_by_actuation(const Scene& scene) {
+    double greatest = 1;
+    const auto look_at = [&](double x, double y, double z) {
+        const double least = std::min({x, y, z});
+        greatest = std::max(greatest, x * y * z / (least * least));
+    };
+    for (const Actuate& actuate : scene.actuations) {
+        look_at(actuate.stretch[0], actuate.stretch[1], actuate.stretch[2]);
+        for (const auto& [time, x, y, z] : actuate.stretch_in_time) {
+            look_at(x, y, z);
+        }
+    }
+    return greatest;
+}
+
 std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest) {
     if (scene.loads.empty()) {
         return {};
@@ -614,6 +708,9 @@ double end_of_tables(const Scene& scene) {
     }
     for (const Pressure& pressure : scene.pressures) {
         look_at(pressure.pressure_in_time);
+    }
+    for (const Actuate& actuate : scene.actuations) {
+        look_at(actuate.stretch_in_time);
     }
     return end;
 }

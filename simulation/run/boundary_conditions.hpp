@@ -141,6 +141,21 @@ struct PressedFaces {
 /// these supports.
 PressedFaces pressed_faces(const Scene& scene, const Lattice& lattice, const Supports& supports);
 
+/// The cells of all [[actuate]].
+struct ActuatedCells {
+    std::vector<std::uint32_t> cells; ///< in the grid
+    std::vector<std::uint32_t> by;    ///< which [[actuate]], one a cell
+
+    /// One a cell, at a time; `part`: of the way there from the size that they were made with.
+    std::vector<RestStretch> at(const Scene& scene, double time, double part = 1) const;
+    bool changing(const Scene& scene) const;
+};
+/// Throws SceneError where one has no cell, and where a cell is in two.
+ActuatedCells actuated_cells(const Scene& scene, const Lattice& lattice);
+
+/// By how much cells' stiffness by their mass is larger than that of cells as they were made, at most, at any time; >= 1.
+double stiffening_by_actuation(const Scene& scene);
+
 /// Sets the sum of all [[load]]s at a time, N, on the nodes that they load; `forces` has one a node.
 void set_nodal_loads(const Scene& scene, std::span<const LoadedNodes> loaded, double time, std::span<Vector3> forces);
 /// Of all nodes; nothing at all where the scene has no [[load]].

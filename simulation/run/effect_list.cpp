@@ -101,6 +101,10 @@ std::string pressure(const Simulation& s) {
     return text;
 }
 
+std::string actuation(const Simulation& s) {
+    return printed("%zu cells, by %zu [[actuate]]", s.actuated_cell_count(), s.scene().actuations.size());
+}
+
 std::string prescribed_motion(const Simulation& s) {
     double over = 0;
     for (const Move& move : s.scene().moves) {
@@ -267,6 +271,14 @@ constexpr EffectRule kEffects[] = {
          s.pressures.push_back({BoxRegion{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}, 1});
      },
      [](Scene& s) { s.pressures.clear(); }},
+    {"actuation", "`[[actuate]]`", "a pass over the actuated cells and one over their nodes, before the sweep",
+     "actuated_cells, a loop over nodes", "324 bytes a cell (float: 208), 16 a node of them", true,
+     [](const Scene& s) { return !s.actuations.empty(); }, actuation,
+     [](const Scene&) { return std::string("no [[actuate]]"); },
+     [](Scene& s) {
+         s.actuations.push_back({{}, Region(BoxRegion{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}), {1, 0.9, 1}});
+     },
+     [](Scene& s) { s.actuations.clear(); }},
     {"cutting", "`[[cut]]`", "nothing between bites", "", "the removed cells' numbers", false,
      [](const Scene& s) { return !s.cuts.empty(); },
      [](const Simulation& s) { return printed("%zu [[cut]]", s.scene().cuts.size()); },

@@ -52,6 +52,9 @@ std::size_t Simulation::fixed_node_count() const {
 std::size_t Simulation::moved_node_count() const {
     return implementation_->supports.moved_node_count();
 }
+std::size_t Simulation::actuated_cell_count() const {
+    return implementation_->actuated.cells.size();
+}
 std::size_t Simulation::pressed_face_count() const {
     return implementation_->pressed.faces.size();
 }

@@ -41,6 +41,14 @@ double up_to_outputs(const Scene& scene, double step) {
     return std::abs(steps * step - every) <= 1e-12 * every ? step : every / steps;
 }
 
+FrequencyBounds frequencies_of(const Scene& scene, const Lattice& lattice) {
+    FrequencyBounds bounds = lattice_frequencies(lattice, scene.material);
+    const double stiffening = stiffening_by_actuation(scene);
+    bounds.body *= stiffening;
+    bounds.crushed *= stiffening;
+    return bounds;
+}
+
 /// What branches of relaxation add to the bound of omega^2, as StressRelaxation::narrow() does.
 double relaxing(const Scene& scene, const FrequencyBounds& frequencies) {
     double parts = 0;
@@ -178,7 +186,8 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     : scene(within_ranges(std::move(given))), options(wanted), lattice(make_lattice(scene, options)),
       rest(hybmss::rest_positions(lattice, scene.body.origin)), turned(initial_displacements(scene, rest)),
       supports(scene, rest, turned), probes(probes_of(scene, rest, turned, supports)), tables_end(end_of_tables(scene)),
-      pressed(pressed_faces(scene, lattice, supports)), frequencies(lattice_frequencies(lattice, scene.material)),
+      pressed(pressed_faces(scene, lattice, supports)), actuated(actuated_cells(scene, lattice)),
+      frequencies(frequencies_of(scene, lattice)),
       obstacles(scene, frequencies.critical_time_step()),
       dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
       critical_time_step(frequencies.critical_time_step(scene.damping.stiffness, relaxing(scene, frequencies))),
@@ -191,6 +200,11 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     apply_loads();
     set_obstacles();
     press();
+    actuate();
+    if (scene.output.stress && !scene.actuations.empty()) {
+        throw scene_error(scene, "output.stress",
+                          "stresses are those of cells as they were made: not of a scene with [[actuate]]");
+    }
     if (options.precision == Precision::float32 && is_static() &&
         scene.solver.method != SolverMethod::static_equilibrium) {
         throw scene_error(scene, "solver.method", "modes and buckling loads are found in --precision double alone");
@@ -259,6 +273,9 @@ void Simulation::Implementation::load_as_at(double time) {
     if (pressed.changing(scene)) {
         on_explicit([&](auto& d) { d.set_pressures(pressed.at(scene, time)); });
     }
+    if (actuated.changing(scene)) {
+        on_explicit([&](auto& d) { d.set_rest_stretches(actuated.at(scene, time)); });
+    }
     if (loaded.empty()) {
         return;
     }
@@ -300,6 +317,18 @@ void Simulation::Implementation::press() {
     if (!pressed.faces.empty()) {
         const std::vector<double> pressures = pressed.at(scene, time_of_pressures());
         std::visit([&](auto& d) { d.press(pressed.faces, pressures); }, dynamics);
+    }
+}
+
+void Simulation::Implementation::actuate() {
+    if (actuated.cells.empty()) {
+        return;
+    }
+    if (explicit_in_time(scene.solver.method)) {
+        const std::vector<RestStretch> stretches = actuated.at(scene, time());
+        on_explicit([&](auto& d) { d.actuate(lattice, scene.material, actuated.cells, stretches); });
+    } else {
+        on_implicit([&](auto& d) { d.actuate(actuated.cells); });
     }
 }
 
@@ -396,6 +425,7 @@ void Simulation::Implementation::restore(const State& state) {
     apply_damping();
     set_obstacles(); // as they were before any cut, so that effects have the memory that they had
     press();
+    actuate();
     cut_again(state.cuts);
     set_effect_memory(dynamics, state.effect_memory);
     set_state(dynamics, state.displacements, state.velocities); // whole steps, whatever the memory says of half ones
@@ -440,7 +470,8 @@ Loading Simulation::Implementation::loading_at(double part) {
                     loads,
                     gravity,
                     pressed.at(scene, time_of_pressures()),
-                    {poses.begin(), poses.end()}};
+                    {poses.begin(), poses.end()},
+                    actuated.at(scene, time_of_pressures(), part)};
     for (double& pressure : loading.pressures) {
         pressure *= part;
     }
@@ -455,7 +486,7 @@ Loading Simulation::Implementation::loading_at(double part) {
 
 bool Simulation::Implementation::anything_acts() const {
     const auto is_zero = [](const Vector3& v) { return v == Vector3{0, 0, 0}; };
-    return !scene.moves.empty() || !is_zero(gravity) || !pressed.faces.empty() ||
+    return !scene.moves.empty() || !is_zero(gravity) || !pressed.faces.empty() || !actuated.cells.empty() ||
            !std::all_of(loads.begin(), loads.end(), is_zero);
 }
 

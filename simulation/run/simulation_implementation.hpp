@@ -35,6 +35,7 @@ struct Simulation::Implementation {
     std::vector<LoadedNodes> loaded; ///< where loads change; else none
     std::vector<Vector3> loads;      ///< N, one a node, at present; empty where the scene has none
     PressedFaces pressed;
+    ActuatedCells actuated;
     Vector3 gravity; ///< m/s^2, at present
     FrequencyBounds frequencies;
     Obstacles obstacles;
@@ -112,7 +113,9 @@ struct Simulation::Implementation {
     void apply_loads();
     /// With the pressures of the present time.
     void press();
-    /// Of which pressures are at present.
+    /// With the sizes of the present time.
+    void actuate();
+    /// Of which pressures and sizes are at present.
     double time_of_pressures() const { return is_static() ? std::numeric_limits<double>::infinity() : time(); }
     bool has_tables() const { return !is_static() && tables_end > -std::numeric_limits<double>::infinity(); }
     /// Spreads loads over the whole body, by their values at the start; of a static scene at the end.

@@ -455,6 +455,29 @@ constexpr KeyTable<Pressure> kPressure = {
     "`backward-euler` take surfaces that close, or end where nodes are held.",
     kPressureKeys};
 
+// -- [[actuate]]
+
+constexpr Key<Actuate> kActuateKeys[] = {
+    {"label", "", from(1, 255, "an integer from 1 to 255"), "none", "cells with this label", member<&Actuate::label>},
+    {"where", "", kRegion, "none", "cells whose centre at rest is in it; with `label` those of both",
+     member<&Actuate::where>},
+    {"stretch", "",
+     from(kLeastRestStretch, kMostRestStretch,
+          "three numbers, or rows [time, x, y, z] with ascending times, each from 0.1 to 10"),
+     "required", "of the axes x, y and z of the grid at rest; rows: see \"Time tables\"",
+     field<VectorInTimeFormat, InTime<&Actuate::stretch, &Actuate::stretch_in_time>>},
+};
+void complete_actuate(const GivenTable& given, Actuate&) {
+    if (!given.has("label") && !given.has("where")) {
+        given.missing("where", "or label must be given");
+    }
+}
+constexpr KeyTable<Actuate> kActuate = {
+    "actuate",
+    "Cells that are of another size at rest than they were made with: muscles that contract, tissue that swells or "
+    "grows, chambers of a soft robot. A cell may be in one of these.",
+    kActuateKeys, complete_actuate};
+
 // -- [[cut]]
 
 struct CutUntil : Member<&Cut::until> {
@@ -762,6 +785,7 @@ constexpr SceneTable kTables[] = {
     of_scene<kDamping, &Scene::damping>(),
     of_scene<kLoad, &Scene::loads>(),
     of_scene<kPressure, &Scene::pressures>(),
+    of_scene<kActuate, &Scene::actuations>(),
     of_scene<kCut, &Scene::cuts>(),
     of_scene<kObstacle, &Scene::obstacles>(),
     of_scene<kSolver, &Scene::solver>(true),

@@ -46,7 +46,7 @@ void validate(const ModesOptions& options) {
     require(options.iterations >= 1, "iterations", options.iterations, "at least 1");
 }
 
-/// Supports, loads and pressures times a factor.
+/// Supports, loads, pressures and what cells grow by, times a factor.
 Loading scaled(const Loading& loading, double factor) {
     Loading part = loading;
     const auto scale = [factor](std::array<double, 3>& vector) {
@@ -63,6 +63,11 @@ Loading scaled(const Loading& loading, double factor) {
     scale(part.acceleration);
     for (double& pressure : part.pressures) {
         pressure *= factor;
+    }
+    for (RestStretch& stretches : part.rest_stretches) {
+        for (double& s : stretches) {
+            s = 1 + factor * (s - 1);
+        }
     }
     return part;
 }
@@ -139,10 +144,14 @@ struct EquilibriumSolver<T>::Implementation {
         potential.load(loading.forces, loading.acceleration);
         potential.set_pressures(loading.pressures, loading.supports);
         potential.move_obstacles(loading.obstacles);
+        if (!loading.rest_stretches.empty()) {
+            potential.set_rest_stretches(loading.rest_stretches);
+        }
     }
-    /// What pressures and contact store at the state, J.
+    /// What pressures, cells of another size and contact store at the state, J.
     void read_effects() {
         stored_by_pressure = potential.pressure() ? potential.pressure()->value(state) : 0;
+        stored_by_actuation = potential.actuation() ? potential.actuation()->energy(state) : 0;
         stored_by_contact = potential.contact() ? potential.contact()->value(state) : 0;
     }
     /// `reach`: of a step, see multigrid_pays_in_step().
@@ -188,7 +197,7 @@ struct EquilibriumSolver<T>::Implementation {
         }
         potential.release();
         std::optional<EquilibriumResult> result;
-        if (options.nested && lattice && !potential.pressure() && !potential.contact() &&
+        if (options.nested && lattice && !potential.pressure() && !potential.actuation() && !potential.contact() &&
             CoarserMesh::pays(lattice->first) && !banded_pays(lattice->first)) {
             result = from_coarser(path, displacement, options);
         }
@@ -277,7 +286,8 @@ struct EquilibriumSolver<T>::Implementation {
     std::unique_ptr<Cycles> multigrid;                   ///< made when it is first asked for
     std::unique_ptr<Banded<T>> banded;                   ///< likewise
     std::vector<T> target;
-    double stiffness_damping = 0, dissipated = 0, stored_by_pressure = 0, stored_by_contact = 0;
+    double stiffness_damping = 0, dissipated = 0, stored_by_pressure = 0, stored_by_actuation = 0,
+           stored_by_contact = 0;
 };
 
 template <class T>
@@ -315,6 +325,10 @@ EquilibriumResult EquilibriumSolver<T>::solve(const Loading& loading, VectorFiel
     validate(options);
     i.body->check(displacement); // it is written in the end
     i.read(displacement);
+    std::vector<RestStretch> sizes;
+    if (const ActuatedBody<T>* const actuation = i.potential.actuation(); actuation && !loading.rest_stretches.empty()) {
+        sizes.assign(actuation->stretches().begin(), actuation->stretches().end());
+    }
     i.set(loading);
     Loading part = loading;
     std::vector<std::array<double, 3>> start;
@@ -342,6 +356,13 @@ EquilibriumResult EquilibriumSolver<T>::solve(const Loading& loading, VectorFiel
             }
             for (std::size_t f = 0; f < loading.pressures.size(); ++f) {
                 part.pressures[f] = fraction * loading.pressures[f];
+            }
+            for (std::size_t cell = 0; cell < sizes.size(); ++cell) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double end = loading.rest_stretches[cell][c];
+                    part.rest_stretches[cell][c] =
+                        fraction == 1 ? end : sizes[cell][c] + fraction * (end - sizes[cell][c]);
+                }
             }
             return part;
         },
@@ -568,6 +589,21 @@ void EquilibriumSolver<T>::set_obstacles(std::span<const SurfaceNode> surface, s
 }
 
 template <class T>
+void EquilibriumSolver<T>::actuate(std::span<const std::uint32_t> cells) {
+    Implementation& i = *implementation_;
+    std::unique_ptr<ActuatedBody<T>> actuation;
+    if (!cells.empty()) {
+        if (!i.lattice) {
+            throw std::invalid_argument("cells of another size at rest are those of lattices: this body is a network");
+        }
+        actuation = std::make_unique<ActuatedBody<T>>(*i.body, i.lattice->first, i.lattice->second, cells,
+                                                      std::vector<RestStretch>(cells.size(), {1, 1, 1}));
+    }
+    i.potential.actuate(std::move(actuation));
+    i.stored_by_actuation = 0;
+}
+
+template <class T>
 std::vector<ObstacleReading> EquilibriumSolver<T>::obstacle_readings(VectorField<const T> displacement) {
     Implementation& i = *implementation_;
     i.body->write(displacement, 1 / i.body->length_unit(), i.state.displacement);
@@ -583,6 +619,9 @@ std::vector<EffectEnergy> EquilibriumSolver<T>::effect_energies() const {
     }
     if (i.potential.pressure()) {
         effects.push_back({"pressure", i.stored_by_pressure, 0});
+    }
+    if (i.potential.actuation()) {
+        effects.push_back({"actuation", i.stored_by_actuation, 0});
     }
     if (i.potential.contact()) {
         effects.push_back({"contact", i.stored_by_contact, 0});
@@ -614,6 +653,9 @@ void EquilibriumSolver<T>::set_effect_memory(std::span<const double> memory) {
     if (i.potential.pressure()) {
         i.stored_by_pressure = *next++;
     }
+    if (i.potential.actuation()) {
+        i.stored_by_actuation = *next++;
+    }
     if (i.potential.contact()) {
         i.stored_by_contact = *next;
     }
@@ -631,6 +673,9 @@ void EquilibriumSolver<T>::get_effect_forces(VectorField<const T> displacement, 
     }
     if (const PressurePotential<T>* const pressure = i.potential.pressure(); pressure && pressure->acts()) {
         pressure->add_forces(i.state, f.field);
+    }
+    if (i.potential.actuation()) {
+        i.potential.actuation()->add_forces(*i.body, i.state, 1, f.field);
     }
     if (i.potential.contact()) {
         i.potential.contact()->add_gradient(i.state, scratch.field);

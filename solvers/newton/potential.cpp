@@ -119,6 +119,26 @@ void Potential<T>::set_pressures(std::span<const double> pressures, std::span<co
 }
 
 template <class T>
+void Potential<T>::actuate(std::unique_ptr<ActuatedBody<T>> actuation) {
+    actuation_ = std::move(actuation);
+    if (actuation_) {
+        set_rest_stretches(actuation_->stretches());
+    }
+}
+
+template <class T>
+void Potential<T>::set_rest_stretches(std::span<const RestStretch> stretches) {
+    if (!actuation_) {
+        throw std::invalid_argument(std::to_string(stretches.size()) + " stretches given: the body has no cells of "
+                                                                       "another size at rest");
+    }
+    actuation_->set(std::vector<RestStretch>(stretches.begin(), stretches.end()));
+    NodeVector<T> forces = space_.make();
+    actuation_->add_forces(*body_, body_->make_state(false), 1, forces.field);
+    largest_actuation_ = space_.largest_component(forces);
+}
+
+template <class T>
 void Potential<T>::set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
     contact_ = obstacles.empty() ? nullptr : std::make_unique<ContactPotential<T>>(*body_, surface, obstacles);
     touched_.clear();
@@ -327,6 +347,11 @@ auto Potential<T>::value(State<T>& state) const -> Value {
         value.total += pressure_->value(state, &size) / body_->length_unit();
         value.size += size / body_->length_unit();
     }
+    if (actuation_) {
+        const double actuation = actuation_->energy(state) / body_->length_unit();
+        value.total += actuation;
+        value.size += std::abs(actuation);
+    }
     if (contact_) {
         const double contact = contact_->value(state) / body_->length_unit();
         value.total += contact;
@@ -354,6 +379,9 @@ auto Potential<T>::value(State<T>& state) const -> Value {
 template <class T>
 Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
     body_->compute_forces(state);
+    if (actuation_) {
+        actuation_->add_forces(*body_, state, 1, state.force);
+    }
     const FieldView<T> force{state.force}, u{state.displacement};
     if (pull_strength_ > 0) {
         space_.for_each([](const T& f, const T& load, const T& q, const T& target, const T& weight,
@@ -367,7 +395,7 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
         space_.add_multiple(damping_->strength, damping_->product, gradient);
     }
     Balance balance;
-    balance.load = largest_load_;
+    balance.load = actuation_ ? std::max(largest_load_, largest_actuation_) : largest_load_;
     if (contact_) {
         balance.support = contact_->add_gradient(state, gradient.field);
     }
@@ -395,6 +423,9 @@ void Potential<T>::multiply_body(const NodeVector<T>& p, NodeVector<T>& out, Cur
     }
     if (pressure_ && pressure_->acts() && curvature == Curvature::whole) {
         pressure_->add_product(*linearised_, p.field, out.field);
+    }
+    if (actuation_) {
+        actuation_->add_product(*body_, *linearised_, p.field, out.field);
     }
     if (!touched_.empty()) {
         constexpr std::size_t kEntry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
@@ -438,6 +469,9 @@ void Potential<T>::diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature) c
                 blocks[e][n] += strength * more[e][n];
             }
         }
+    }
+    if (actuation_) {
+        actuation_->add_diagonal(*body_, *linearised_, blocks);
     }
     for (const TouchedNode& touched : touched_) {
         constexpr std::size_t kOrder[6] = {0, 3, 4, 1, 5, 2}; // xx, xy, xz, yy, yz, zz

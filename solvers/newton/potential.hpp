@@ -1,5 +1,6 @@
 #pragma once
 
+#include "dynamics/effects/actuation.hpp"
 #include "hybmss/explicit_dynamics.hpp"
 #include "solvers/newton/body_geometry.hpp"
 #include "solvers/newton/contact_potential.hpp"
@@ -24,9 +25,9 @@ struct Balance {
 
 /// The potential that a body's equilibrium minimises over its free components:
 ///
-///     P(u) = W(u) + O(u) - f . u + sum p V(u) + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
+///     P(u) = W(u) + A(u) + O(u) - f . u + sum p V(u) + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
 ///
-/// with the body's energy W, that of contact with obstacles O, dead nodal loads f (gravity among them), pressures p on
+/// with the body's energy W, what cells of another size at rest add to it A, that of contact with obstacles O, dead nodal loads f (gravity among them), pressures p on
 /// the surfaces of volumes V, and a pull of the strength a (1/s^2) towards given displacements v, by which backward
 /// Euler is a minimiser too: with v_n the velocity, c the mass damping and dt the step,
 ///
@@ -56,6 +57,11 @@ public:
     void set_pressures(std::span<const double> pressures, std::span<const PrescribedNode> held);
     /// Null without faces.
     const PressurePotential<T>* pressure() const { return pressure_.get(); }
+    /// Replaces the cells that are of another size at rest; null for none.
+    void actuate(std::unique_ptr<ActuatedBody<T>> actuation);
+    void set_rest_stretches(std::span<const RestStretch> stretches);
+    /// Null without such cells.
+    const ActuatedBody<T>* actuation() const { return actuation_.get(); }
     /// Replaces the obstacles and what may touch them; none for none.
     void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles);
     /// Where the obstacles are; empty: where they were.
@@ -176,6 +182,8 @@ private:
     bool loaded_ = false;
     std::unique_ptr<Damping> damping_;
     std::unique_ptr<PressurePotential<T>> pressure_;
+    std::unique_ptr<ActuatedBody<T>> actuation_;
+    double largest_actuation_ = 0; ///< N: of the largest component of its forces at rest
     std::unique_ptr<ContactPotential<T>> contact_;
     std::vector<TouchedNode> touched_; ///< at the last linearisation
     double pull_strength_ = 0;

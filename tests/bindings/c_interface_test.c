@@ -612,6 +612,23 @@ static void motion(void) {
         EXPECT(damped == dt);
     }
     {
+        const uint32_t muscle[2] = {0, 3};
+        const double short_ones[6] = {1, 0.8, 1, 1, 0.8, 1}, none[6] = {1, 1, 1, 1, 0, 1};
+        double grown = 0;
+        OK(hybmss_dynamics_actuate(dynamics, body, muscle, short_ones, 2));
+        OK(hybmss_dynamics_critical_time_step(dynamics, &grown));
+        EXPECT(fabs(dt * dt / (grown * grown) - 1.25) < 1e-9);
+        OK(hybmss_dynamics_set_rest_stretches(dynamics, short_ones, 2));
+        REFUSED(hybmss_dynamics_set_rest_stretches(dynamics, none, 2), "actuated cell 1 = 0");
+        REFUSED(hybmss_dynamics_set_rest_stretches(dynamics, short_ones, 1), "1 stretches given for 2");
+        REFUSED(hybmss_dynamics_actuate(dynamics, body, NULL, short_ones, 2), "cells is null");
+        REFUSED(hybmss_dynamics_actuate(dynamics, NULL, muscle, short_ones, 2), "body is null");
+        REFUSED(hybmss_dynamics_actuate(NULL, body, muscle, short_ones, 2), "dynamics is null");
+        OK(hybmss_dynamics_actuate(dynamics, body, NULL, NULL, 0));
+        OK(hybmss_dynamics_critical_time_step(dynamics, &grown));
+        EXPECT(grown == dt);
+    }
+    {
         const hybmss_relaxation branches[2] = {{0.5, 0.1}, {0.25, 1}};
         const hybmss_relaxation bad = {0.5, 0};
         double remembering = 0;
@@ -912,6 +929,123 @@ static void worlds(void) {
     hybmss_body_destroy(cube);
 }
 
+static int stop_at_once(double fraction, int32_t iteration, double residual, void* user) {
+    ++*(int*)user;
+    return fraction <= 1 && iteration >= 0 && residual >= 0;
+}
+
+static void equilibria(void) {
+    hybmss_body* body = box();
+    hybmss_equilibrium* equilibrium = NULL;
+    hybmss_equilibrium_options options = hybmss_default_equilibrium_options();
+    hybmss_equilibrium_result result, untouched;
+    hybmss_prescribed_node feet[(NX + 1) * (NY + 1)];
+    hybmss_loading loading = {0};
+    hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0};
+    static double u[3 * NODES], v[3 * NODES], mapped[3 * NODES], stretches[3 * NX * NY * NZ];
+    static float narrow[3 * NODES];
+    static uint32_t backwards[NODES], cells[NX * NY * NZ];
+    const uint32_t face[4] = {0, NX + 1, NX + 2, 1};
+    const double pressure = 10;
+    hybmss_field field = hybmss_double_field(u, NODES, 3), velocities = hybmss_double_field(v, NODES, 3);
+    hybmss_field back = hybmss_double_field(mapped, NODES, 3), floats = hybmss_float_field(narrow, NODES, 3);
+    int calls = 0;
+    size_t n;
+
+    memset(&untouched, 7, sizeof untouched);
+    memset(feet, 0, sizeof feet);
+    for (n = 0; n < (NX + 1) * (NY + 1); ++n) {
+        feet[n].node = (uint32_t)n;
+        feet[n].axes = 7;
+    }
+    for (n = 0; n < NODES; ++n) {
+        backwards[n] = (uint32_t)(NODES - 1 - n);
+    }
+    back.map = backwards;
+    loading.supports = feet;
+    loading.support_count = (NX + 1) * (NY + 1);
+    loading.acceleration[2] = -0.1;
+
+    OK(hybmss_equilibrium_create(body, HYBMSS_DOUBLE, NULL, &equilibrium));
+    OK(hybmss_equilibrium_solve(equilibrium, &loading, &field, NULL, &result));
+    EXPECT(result.outcome == HYBMSS_CONVERGED && result.load_fraction == 1 && result.residual < options.tolerance);
+    EXPECT(u[3 * NODES - 1] < 0 && result.least_volume_ratio < 1 && result.potential < 0);
+    EXPECT(strcmp(hybmss_equilibrium_message(equilibrium), "") == 0);
+    OK(hybmss_equilibrium_solve(equilibrium, &loading, &back, NULL, &result));
+    for (n = 0; n < NODES; ++n) {
+        EXPECT(mapped[3 * (NODES - 1 - n) + 2] == u[3 * n + 2]);
+    }
+    /* Held where it is, the body stays; let go of its weight, it comes back. */
+    OK(hybmss_equilibrium_step(equilibrium, &loading, 0.1, 0, &field, &velocities, NULL, &result));
+    EXPECT(result.outcome == HYBMSS_CONVERGED && fabs(v[3 * NODES - 1]) < 1e-6);
+    loading.acceleration[2] = 0;
+    OK(hybmss_equilibrium_step(equilibrium, &loading, 0.1, 0, &field, &velocities, NULL, &result));
+    EXPECT(v[3 * NODES - 1] > 1e-6);
+
+    /* Cells of another size, a pressed face, an obstacle. */
+    for (n = 0; n < NX * NY * NZ; ++n) {
+        cells[n] = (uint32_t)n;
+        stretches[3 * n] = stretches[3 * n + 1] = 1;
+        stretches[3 * n + 2] = 0.9;
+    }
+    OK(hybmss_equilibrium_actuate(equilibrium, cells, NX * NY * NZ));
+    loading.stretches = stretches;
+    loading.stretch_count = NX * NY * NZ;
+    OK(hybmss_equilibrium_solve(equilibrium, &loading, &field, NULL, &result));
+    EXPECT(result.outcome == HYBMSS_CONVERGED && fabs(u[3 * NODES - 1] + 0.1 * NZ * 0.5) < 0.05);
+    loading.stretch_count = 3;
+    REFUSED(hybmss_equilibrium_solve(equilibrium, &loading, &field, NULL, &untouched), "3 stretches given for 60");
+    loading.stretch_count = 0;
+    OK(hybmss_equilibrium_actuate(equilibrium, NULL, 0));
+    OK(hybmss_equilibrium_press(equilibrium, body, face, 1));
+    loading.pressures = &pressure;
+    loading.pressure_count = 1;
+    OK(hybmss_equilibrium_solve(equilibrium, &loading, &field, NULL, &result)); /* on held nodes: no matter */
+    EXPECT(result.outcome == HYBMSS_CONVERGED);
+    loading.pressure_count = 0;
+    loading.support_count = 0;
+    loading.acceleration[2] = -0.1;
+    OK(hybmss_equilibrium_solve(equilibrium, &loading, &field, NULL, &result));
+    EXPECT(result.outcome == HYBMSS_UNBOUNDED && strstr(hybmss_equilibrium_message(equilibrium), "along z"));
+    OK(hybmss_equilibrium_set_obstacles(equilibrium, body, &floor, 1));
+    memset(u, 0, sizeof u);
+    options.tolerance = 1e-6;
+    OK(hybmss_equilibrium_solve(equilibrium, &loading, &field, &options, &result));
+    EXPECT(result.outcome == HYBMSS_CONVERGED && u[2] < -0.01);
+    floor.friction = 0.5;
+    REFUSED(hybmss_equilibrium_set_obstacles(equilibrium, body, &floor, 1), "friction");
+
+    options.progress = stop_at_once;
+    options.user = &calls;
+    OK(hybmss_equilibrium_solve(equilibrium, &loading, &field, &options, &result));
+    EXPECT(result.outcome == HYBMSS_STOPPED && calls > 0);
+    options.tolerance = 2;
+    REFUSED(hybmss_equilibrium_solve(equilibrium, &loading, &field, &options, &untouched), "tolerance = 2");
+    options = hybmss_default_equilibrium_options();
+    options.preconditioner = 3;
+    REFUSED(hybmss_equilibrium_solve(equilibrium, &loading, &field, &options, &untouched), "preconditioner = 3");
+    options.preconditioner = 0;
+    options.leave_saddles = 2;
+    REFUSED(hybmss_equilibrium_solve(equilibrium, &loading, &field, &options, &untouched), "leave_saddles = 2");
+    REFUSED(hybmss_equilibrium_solve(NULL, &loading, &field, NULL, &untouched), "equilibrium is null");
+    REFUSED(hybmss_equilibrium_solve(equilibrium, NULL, &field, NULL, &untouched), "loading is null");
+    REFUSED(hybmss_equilibrium_solve(equilibrium, &loading, NULL, NULL, &untouched), "displacements is null");
+    REFUSED(hybmss_equilibrium_solve(equilibrium, &loading, &floats, NULL, &untouched), "displacements");
+    REFUSED(hybmss_equilibrium_solve(equilibrium, &loading, &field, NULL, NULL), "result is null");
+    EXPECT(((unsigned char*)&untouched)[0] == 7);
+    REFUSED(hybmss_equilibrium_step(equilibrium, &loading, 0, 0, &field, &velocities, NULL, &result), "time_step = 0");
+    REFUSED(hybmss_equilibrium_step(equilibrium, &loading, 1, 0, &field, NULL, NULL, &result), "velocities is null");
+    REFUSED(hybmss_equilibrium_press(equilibrium, NULL, face, 1), "body is null");
+    REFUSED(hybmss_equilibrium_press(equilibrium, body, NULL, 1), "nodes is null");
+    REFUSED(hybmss_equilibrium_set_obstacles(equilibrium, NULL, &floor, 1), "body is null");
+    REFUSED(hybmss_equilibrium_actuate(equilibrium, NULL, 1), "cells is null");
+    REFUSED(hybmss_equilibrium_create(NULL, HYBMSS_DOUBLE, NULL, &equilibrium), "body is null");
+    EXPECT(strcmp(hybmss_equilibrium_message(NULL), "equilibrium is null") == 0);
+    hybmss_equilibrium_destroy(equilibrium);
+    hybmss_equilibrium_destroy(NULL);
+    hybmss_body_destroy(body);
+}
+
 int main(void) {
     char version[32];
     snprintf(version, sizeof version, "%d.%d.%d", HYBMSS_VERSION_MAJOR, HYBMSS_VERSION_MINOR, HYBMSS_VERSION_PATCH);
@@ -928,6 +1062,7 @@ int main(void) {
     refused_fields();
     motion();
     obstacles_and_cuts();
+    equilibria();
     worlds();
     allocators();
     if (failures > 0) {

@@ -474,5 +474,68 @@ TEST(PressureScene, a_body_of_several_is_pressed_alone) {
     EXPECT_LT(pressed.energies().effects.at(0).stored, 0);
 }
 
+// -- [[actuate]]
+
+/// All methods lead a free block to the size that its cells have at rest, by a table or at once, whole or by a label.
+TEST(Actuate, grows_a_block_to_its_size_by_every_method) {
+    const std::string grown = "[[actuate]]\nlabel = 1\nstretch = [1.1, 0.8, 0.9]\n";
+    const std::string in_time = "[[actuate]]\nwhere = {box = [[-1, -1, -1], [1, 1, 1]]}\n"
+                                "stretch = [[0, 1, 1, 1], [0.1, 1.1, 0.8, 0.9]]\n";
+    const std::string damped = "[damping]\nmass = 40\nstiffness = 0.002\n";
+    const std::string held = "[[fix]]\nwhere = {node = 0}\n[[fix]]\nwhere = {node = 2}\naxes = \"yz\"\n"
+                             "[[fix]]\nwhere = {node = 9}\naxes = \"z\"\n";
+    for (const std::string& text :
+         {kBlock + grown + held + "[solver]\nmethod = \"static\"\n",
+          kBlock + in_time + held + "[solver]\nmethod = \"static\"\n",
+          kBlock + in_time + damped + "[solver]\nduration = 0.6\ntime_step = 0.0005\n",
+          kBlock + in_time + damped + "[solver]\nmethod = \"leapfrog\"\nduration = 0.6\ntime_step = 0.0005\n",
+          kBlock + in_time + damped + "[solver]\nmethod = \"backward-euler\"\nduration = 0.6\ntime_step = 0.02\n"}) {
+        Simulation simulation(parse_scene(text, "s.toml"));
+        const Summary result = simulation.run();
+        EXPECT_TRUE(result.failure.empty()) << result.failure;
+        const std::vector<Vector3> u = simulation.displacements();
+        const auto rest = simulation.rest_positions();
+        const Vector3 s = {1.1, 0.8, 0.9};
+        for (std::size_t n = 0; n < rest.size(); ++n) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                EXPECT_NEAR(u[n][a] - u[0][a], (s[a] - 1) * rest[n][a], 2e-4) << text;
+            }
+        }
+    }
+}
+
+TEST(Actuate, a_step_that_larger_stretches_do_not_bear_is_refused) {
+    const std::string at_rest = kBlock + "[[actuate]]\nlabel = 1\nstretch = [1, 1, 1]\n[solver]\nduration = 0.5\n";
+    const std::string larger = kBlock + "[[actuate]]\nlabel = 1\nstretch = [[0, 1, 1, 1], [9, 1, 4, 4]]\n"
+                                        "[solver]\nduration = 0.5\n";
+    const double made = Simulation(parse_scene(at_rest, "s.toml")).critical_time_step();
+    EXPECT_NEAR(Simulation(parse_scene(larger, "s.toml")).critical_time_step(), made / 4, 1e-12);
+    EXPECT_NE(refusal(larger + "time_step = " + std::to_string(made)).find("stable time step"), std::string::npos);
+}
+
+TEST(Actuate, refusals_are_clear) {
+    const std::string head = kBlock + "[[actuate]]\n";
+    const auto told = [&](const std::string& text) {
+        try {
+            return refusal(head + text + "\n" + kInTime);
+        } catch (const SceneError& error) {
+            return std::string(error.what());
+        }
+    };
+    for (const auto& [text, said] : std::initializer_list<std::pair<std::string, const char*>>{
+             {"stretch = [1, 1, 1]", "label must be given"},
+             {"label = 1\nstretch = [1, 0.01, 1]", "from 0.1 to 10"},
+             {"label = 1\nstretch = [[0, 1, 1, 1], [1, 11, 1, 1]]", "from 0.1 to 10"},
+             {"label = 7\nstretch = [1, 1, 1]", "no cell"},
+             {"where = \"x-min\"\nstretch = [1, 1, 1]", "no cell"},
+             {"where = {node = 0}\nstretch = [1, 1, 1]", "no cell"},
+             {"label = 1\nstretch = [1, 1, 1]\n[[actuate]]\nlabel = 1\nstretch = [1, 1, 1]", "in actuate[0] too"},
+             {"label = 1\nstretch = [1, 1, 1]\n[output]\nstress = true", "as they were made"}}) {
+        const std::string message = told(text);
+        EXPECT_NE(message.find(said), std::string::npos) << text << ": " << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+}
+
 } // namespace
 } // namespace hybmss

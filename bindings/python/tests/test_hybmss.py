@@ -240,6 +240,57 @@ def test_moduli_and_relaxation():
         body.relax(cube, material, [(0.5, 0)])
 
 
+def test_actuation():
+    cube = hybmss.Lattice.box(3, 3, 3, 0.1)
+    material = hybmss.Material(young_modulus=1e6, poisson_ratio=0.4)
+    body = hybmss.ExplicitDynamics(cube, material)
+    body.actuate(cube, material, range(27), [(1, 1, 1)] * 27)
+    body.set_rest_stretches([(0.8, 1, 1.1)] * 27)
+    body.step(0.5 * body.critical_time_step, 4000, mass_damping=300)
+    edges = body.displacements[63] - body.displacements[0]
+    assert edges == pytest.approx([-0.06, 0, 0.03], abs=1e-5)
+    with pytest.raises(ValueError, match="it is given twice"):
+        body.actuate(cube, material, [1, 1], [(1, 1, 1)] * 2)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_equilibria(dtype):
+    bar = hybmss.Lattice.box(2, 2, 10, 0.1)
+    material = hybmss.Material(young_modulus=1e5, poisson_ratio=0.3, density=1000)
+    solver = hybmss.EquilibriumSolver(bar, material, dtype, threads=1)
+    u = np.zeros((solver.node_count, 3), dtype)
+    foot = ([n for n in range(9)], "z", (0, 0, 0))
+    pinned = ([0], "xy", (0, 0, 0)), ([2], "y", (0, 0, 0))
+    tolerance = 1e-4 if dtype == "float32" else 1e-9
+    # Hung up: a bar under its own weight becomes longer by rho g L^2 / 2 E.
+    found = solver.solve(u, [foot, *pinned], acceleration=(0, 0, 1), tolerance=tolerance)
+    assert found["status"] == "converged" and found["message"] == ""
+    assert u[-1, 2] == pytest.approx(1000 * 1 / 2e5, rel=0.02)
+    # The same by implicit steps, without a load, from there.
+    v = np.zeros_like(u)
+    for _ in range(40):
+        assert solver.step(u, v, 0.5, [foot, *pinned], mass_damping=5, tolerance=tolerance)["status"] == "converged"
+    assert np.abs(u).max() < 1e-4
+    # A muscle that shortens by a tenth, and faces that are pressed.
+    solver.actuate(range(40))
+    found = solver.solve(u, [foot, *pinned], stretches=[(1, 1, 0.9)] * 40, tolerance=tolerance)
+    assert u[-1, 2] == pytest.approx(-0.1, rel=1e-3)
+    solver.actuate([])
+    solver.press(bar, hybmss.surface_faces(bar))
+    floor = hybmss.Obstacle.plane(normal=(0, 0, 1))
+    floor.position = (0, 0, -0.01)
+    solver.set_obstacles(bar, [floor])
+    u[:] = 0
+    found = solver.solve(u, pinned, pressures=[1000] * 88, acceleration=(0, 0, -1), tolerance=tolerance)
+    assert found["status"] == "converged", found["message"]
+    assert u[:9, 2].max() < -0.009
+    with pytest.raises(ValueError, match="not known"):
+        solver.solve(u, [foot], preconditioner="magic")
+    with pytest.raises(ValueError, match="must be made of x, y and z"):
+        solver.solve(u, [([0], "w", (0, 0, 0))])
+    assert solver.solve(u, [foot], acceleration=(1, 0, 0), tolerance=tolerance)["status"] != "converged"
+
+
 def test_pressure():
     cube = hybmss.Lattice.box(3, 3, 3, 0.1)
     body = hybmss.ExplicitDynamics(cube, hybmss.Material(young_modulus=1e6, poisson_ratio=0.3))

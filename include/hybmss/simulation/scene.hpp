@@ -185,6 +185,15 @@ struct Pressure {
     bool operator==(const Pressure&) const = default;
 };
 
+/// Cells that are of another size at rest, by their axes along the grid: muscles, swelling, growth.
+struct Actuate {
+    std::optional<std::uint8_t> label;         ///< cells with it
+    std::optional<Region> where;               ///< cells whose centre at rest is in it; with a label those of both
+    std::array<double, 3> stretch = {1, 1, 1}; ///< of x, y and z
+    TimeTable stretch_in_time = {};            ///< in its place, where there are rows
+    bool operator==(const Actuate&) const = default;
+};
+
 /// The side of a plane that its normal points away from; m.
 struct HalfSpace {
     std::array<double, 3> point = {0, 0, 0}, normal = {0, 0, 1}; ///< the normal in any length but zero
@@ -298,6 +307,7 @@ struct Scene {
     Damping damping;
     std::vector<Load> loads;
     std::vector<Pressure> pressures;
+    std::vector<Actuate> actuations;
     std::vector<Cut> cuts;
     std::vector<SceneObstacle> obstacles;
     std::vector<Probe> probes;

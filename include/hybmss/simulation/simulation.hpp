@@ -216,6 +216,7 @@ public:
     std::size_t fixed_node_count() const;
     std::size_t moved_node_count() const;
     std::size_t pressed_face_count() const; ///< faces that [[pressure]]s press, as often as they do
+    std::size_t actuated_cell_count() const;
 
     /// Takes `count` steps, whatever the duration says; a static scene goes to its equilibrium. Throws
     /// std::runtime_error where an implicit step or the solve does not converge, and where the state has diverged
