@@ -231,9 +231,8 @@ HYBMSS_INLINE void pattern_tensions(const S (&p)[3][3], const RestSize<V>& size,
             joint = splat<V>(law.joint_twist);
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
-            const auto of = [&](V own, V other) HYBMSS_INLINE_BODY {
-                return own * (own * p[i][j] + other * (coupling * p[j][i]));
-            };
+            const auto of = [&](V own, V other)
+                                HYBMSS_INLINE_BODY { return own * (own * p[i][j] + other * (coupling * p[j][i])); };
             if (i != j) {
                 q[i][j] = bending * (of(size.pattern[i][j], size.pattern[j][i]) - of(splat<V>(1), splat<V>(1)));
             }
@@ -250,7 +249,7 @@ HYBMSS_INLINE void pattern_tensions(const S (&p)[3][3], const RestSize<V>& size,
 /// The forces on the corners, over G h^2: of a cell whose corners have moved by u, a pattern of changes from corner 0.
 template <bool means, class S, class V>
 HYBMSS_INLINE void actuated_cell_forces(const S (&u)[8][3], const RestSize<V>& size, V kappa,
-                                   const ActuationLaw<Scalar<V>>& law, S (&f)[8][3]) {
+                                        const ActuationLaw<Scalar<V>>& law, S (&f)[8][3]) {
     using T = Scalar<V>;
     const V one = splat<V>(1);
     S edge[3][3], pull[3][3];
@@ -259,8 +258,8 @@ HYBMSS_INLINE void actuated_cell_forces(const S (&u)[8][3], const RestSize<V>& s
         cross_of(edge[(i + 1) % 3], edge[(i + 2) % 3], pull[i]);
     }
     const S volume = product_of(edge[0], pull[0]);
-    const S pressure = volume_tension(size.inverse_volume * volume - one, kappa, law) -
-                       volume_tension(volume - one, kappa, law);
+    const S pressure =
+        volume_tension(size.inverse_volume * volume - one, kappa, law) - volume_tension(volume - one, kappa, law);
     for (auto& of_edge : pull) {
         for (S& component : of_edge) {
             component = pressure * component;
@@ -281,9 +280,7 @@ HYBMSS_INLINE void actuated_cell_forces(const S (&u)[8][3], const RestSize<V>& s
             const S t = stiffness * spring_tension<axes>(product_of(d, d), bits, size, law);
             for (int i = 0; i < 3; ++i) {
                 for (int a = 0; a < 3; ++a) {
-                    pull[i][a] = sign[i] > 0   ? pull[i][a] + t * d[a]
-                                 : sign[i] < 0 ? pull[i][a] - t * d[a]
-                                               : pull[i][a];
+                    pull[i][a] = sign[i] > 0 ? pull[i][a] + t * d[a] : sign[i] < 0 ? pull[i][a] - t * d[a] : pull[i][a];
                 }
             }
         };
@@ -320,9 +317,8 @@ HYBMSS_INLINE void actuated_cell_forces(const S (&u)[8][3], const RestSize<V>& s
     const V quarter = splat<V>(T(0.25)), eighth = splat<V>(T(0.125));
     for (int c = 0; c < 8; ++c) {
         for (int a = 0; a < 3; ++a) {
-            const auto signed_sum = [](bool plus, const S& sum, const S& more) HYBMSS_INLINE_BODY {
-                return plus ? sum + more : sum - more;
-            };
+            const auto signed_sum = [](bool plus, const S& sum, const S& more)
+                                        HYBMSS_INLINE_BODY { return plus ? sum + more : sum - more; };
             const bool x = (c & 1) != 0, y = (c & 2) != 0, z = (c & 4) != 0;
             // Against the sides: minus the derivative of the energy.
             S sum = signed_sum(!x, with_value(pull[0][a], splat<V>(0)), pull[0][a]);
@@ -336,8 +332,8 @@ HYBMSS_INLINE void actuated_cell_forces(const S (&u)[8][3], const RestSize<V>& s
         }
     }
     if constexpr (!means) {
-        const auto spring = [&]<int axes>(int low, int high, std::integral_constant<int, axes>, V stiffness)
-                                HYBMSS_INLINE_BODY {
+        const auto spring = [&]<int axes>(int low, int high, std::integral_constant<int, axes>,
+                                          V stiffness) HYBMSS_INLINE_BODY {
             S d[3];
             for (int a = 0; a < 3; ++a) {
                 d[a] = u[high][a] - u[low][a];
@@ -370,7 +366,7 @@ HYBMSS_INLINE void actuated_cell_forces(const S (&u)[8][3], const RestSize<V>& s
 /// Their energy, over G h^3.
 template <bool means, class V>
 HYBMSS_INLINE V actuated_cell_energy(const V (&u)[8][3], const RestSize<V>& size, V kappa,
-                                const ActuationLaw<Scalar<V>>& law) {
+                                     const ActuationLaw<Scalar<V>>& law) {
     using T = Scalar<V>;
     const V one = splat<V>(1), half = splat<V>(T(0.5));
     V edge[3][3], area[3];

@@ -125,7 +125,7 @@ double actuated_energy(const ActuatedCells<Scalar<Outer>>& cells, Range begin, R
         load_changes(cells, cells.displacement, i, u);
         add_in_double(sum, load_lanes<V>(cells.weight + i) *
                                actuated_cell_energy<means>(u, load_size<means, V>(cells, i),
-                                                      load_lanes<V>(cells.kappa + i), cells.law));
+                                                           load_lanes<V>(cells.kappa + i), cells.law));
     }
     return sum;
 }

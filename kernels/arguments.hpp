@@ -276,11 +276,11 @@ struct TurnedRows;
 /// What their springs, volumes and patterns are made of, by the shear modulus G and the edge h.
 template <class T>
 struct ActuationLaw {
-    T edge, face, cube;       ///< k / (G h): a cell's share of each spring, or on means all of it
-    T quadratic, cubic;       ///< of SpringStiffening
-    T crush, crush_ratio;     ///< beta / J0^2, and J0
+    T edge, face, cube;   ///< k / (G h): a cell's share of each spring, or on means all of it
+    T quadratic, cubic;   ///< of SpringStiffening
+    T crush, crush_ratio; ///< beta / J0^2, and J0
     T bending, coupling, twist, joint_twist, fourth; ///< of PatternConstants, by G h
-    bool mean_stretch;        ///< cells' volumes have it, those with kappa < 0 alone where
+    bool mean_stretch;                               ///< cells' volumes have it, those with kappa < 0 alone where
     bool by_sign;
 };
 

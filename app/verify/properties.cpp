@@ -181,8 +181,8 @@ void check_actuation(Subject<T>& subject, const PlanOptions& options, unsigned s
     const Lattice& lattice = *subject.body.lattice;
     const auto [nx, ny, nz] = lattice.cells();
     const std::span<const float> scales = lattice.cell_scales();
-    Lattice grown =
-        Lattice::from_cells(nx, ny, nz, kStretch * lattice.cell_size(), std::vector<float>(scales.begin(), scales.end()));
+    Lattice grown = Lattice::from_cells(nx, ny, nz, kStretch * lattice.cell_size(),
+                                        std::vector<float>(scales.begin(), scales.end()));
     std::vector<std::uint8_t> tissue;
     std::vector<std::uint32_t> cells;
     for (std::uint32_t c = 0; c < scales.size(); ++c) {

@@ -34,7 +34,8 @@ constexpr Tolerance kProperties[] = {
      "vertices in cells at a strain of 0.1: their distance over that from the grid's corner, or the normal's error"},
     {"actuation", 6,
      "all cells grown by 0.75, against a lattice of such cells at a strain of 0.1: over the sums of magnitudes of the\n"
-     "    body as it was made, which cancel", 1},
+     "    body as it was made, which cancel",
+     1},
     {"rigid motion", 3,
      "translation by 128 to 1024 cells, a quarter turn, a slanted turn: against the force scale of the slanted turn"},
     {"hessian diagonal", 5,

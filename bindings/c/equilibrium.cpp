@@ -113,8 +113,8 @@ public:
         : output_((check<T>(field, solving.solver.node_count(), name), *field), solving.solver.node_count(),
                   solving.scratch) {
         const std::size_t nodes = solving.solver.node_count();
-        const hybmss_const_field in = {field->precision, field->x, field->y, field->z, field->stride, field->count,
-                                       field->map};
+        const hybmss_const_field in = {field->precision, field->x,     field->y,  field->z,
+                                       field->stride,    field->count, field->map};
         const Input<T> input(in, nodes, solving.scratch);
         if (field->map) {
             const auto &from = input.view(), &to = view();
@@ -225,9 +225,8 @@ hybmss_status hybmss_equilibrium_step(hybmss_equilibrium* equilibrium, const hyb
     return guarded(equilibrium, "equilibrium", [&](auto& solving) {
         require(result, "result");
         const Changed u(displacements, solving, "displacements"), v(velocities, solving, "velocities");
-        const EquilibriumResult found =
-            solving.solver.step(loading_of(loading, solving.solver.node_count()), time_step, mass_damping, u.view(),
-                                v.view(), options_of(options));
+        const EquilibriumResult found = solving.solver.step(loading_of(loading, solving.solver.node_count()), time_step,
+                                                            mass_damping, u.view(), v.view(), options_of(options));
         u.set();
         v.set();
         solving.message = found.message;
@@ -236,9 +235,8 @@ hybmss_status hybmss_equilibrium_step(hybmss_equilibrium* equilibrium, const hyb
 }
 
 const char* hybmss_equilibrium_message(const hybmss_equilibrium* equilibrium) {
-    return equilibrium
-               ? std::visit([](const auto& solving) { return solving->message.c_str(); }, equilibrium->held)
-               : "equilibrium is null";
+    return equilibrium ? std::visit([](const auto& solving) { return solving->message.c_str(); }, equilibrium->held)
+                       : "equilibrium is null";
 }
 
 } // extern "C"

@@ -60,13 +60,12 @@ struct Given {
 };
 
 py::dict result_of(const EquilibriumResult& found) {
-    return py::dict(py::arg("status") = std::string(name(found.status)), py::arg("message") = found.message,
-                    py::arg("residual") = found.residual, py::arg("potential") = found.potential,
-                    py::arg("load_fraction") = found.load_fraction, py::arg("load_steps") = found.load_steps,
-                    py::arg("newton_iterations") = found.newton_iterations,
-                    py::arg("cg_iterations") = found.cg_iterations,
-                    py::arg("volume_ratios") =
-                        py::make_tuple(found.min_cell_volume_ratio, found.max_cell_volume_ratio));
+    return py::dict(
+        py::arg("status") = std::string(name(found.status)), py::arg("message") = found.message,
+        py::arg("residual") = found.residual, py::arg("potential") = found.potential,
+        py::arg("load_fraction") = found.load_fraction, py::arg("load_steps") = found.load_steps,
+        py::arg("newton_iterations") = found.newton_iterations, py::arg("cg_iterations") = found.cg_iterations,
+        py::arg("volume_ratios") = py::make_tuple(found.min_cell_volume_ratio, found.max_cell_volume_ratio));
 }
 
 EquilibriumOptions options_of(double tolerance, const std::string& preconditioner, bool leave_saddles) {
@@ -101,10 +100,11 @@ void bind_equilibria(py::module_& module) {
         using Values = std::decay_t<decltype(*given)>;
         return given ? *given : Values{};
     };
-    py::class_<Solver>(module, "EquilibriumSolver",
-                       "Finds where a body comes to rest, by Newton's method; takes implicit steps.\n\n"
-                       "Supports are (nodes, axes, displacement in m) each, axes made of x, y and z. Arrays are (nodes, "
-                       "3) of\nthe solver's dtype, read and written.")
+    py::class_<Solver>(
+        module, "EquilibriumSolver",
+        "Finds where a body comes to rest, by Newton's method; takes implicit steps.\n\n"
+        "Supports are (nodes, axes, displacement in m) each, axes made of x, y and z. Arrays are (nodes, "
+        "3) of\nthe solver's dtype, read and written.")
         .def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads) {
                  PlanOptions options;
                  options.threads = threads;
@@ -112,8 +112,8 @@ void bind_equilibria(py::module_& module) {
              }),
              py::arg("lattice"), py::arg("material"), py::arg("dtype") = "float64", py::kw_only(),
              py::arg("threads") = 0)
-        .def_property_readonly(
-            "node_count", [](const Solver& s) { return s.visit([](auto& made) { return made.node_count(); }); })
+        .def_property_readonly("node_count",
+                               [](const Solver& s) { return s.visit([](auto& made) { return made.node_count(); }); })
         .def(
             "press",
             [](const Solver& solver, const Lattice& lattice, const std::vector<std::array<std::uint32_t, 4>>& faces) {

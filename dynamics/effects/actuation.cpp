@@ -13,8 +13,8 @@ namespace {
 
 void check_stretches(std::span<const RestStretch> stretches, std::size_t cells) {
     if (stretches.size() != cells) {
-        throw std::invalid_argument(std::to_string(stretches.size()) + " stretches given for " +
-                                    std::to_string(cells) + " actuated cells: there must be as many");
+        throw std::invalid_argument(std::to_string(stretches.size()) + " stretches given for " + std::to_string(cells) +
+                                    " actuated cells: there must be as many");
     }
     for (std::size_t c = 0; c < cells; ++c) {
         for (const double s : stretches[c]) {
@@ -91,8 +91,8 @@ ActuatedBody<T>::ActuatedBody(const Body<T>& body, const Lattice& lattice, const
     for (std::size_t c = 0; c < grid_.size(); ++c) {
         const std::size_t x = grid_[c] % nx, y = grid_[c] / nx % ny, z = grid_[c] / (nx * ny);
         for (std::size_t corner = 0; corner < 8; ++corner) {
-            const std::size_t at = (x + (corner & 1)) +
-                                   (nx + 1) * ((y + (corner >> 1 & 1)) + (ny + 1) * (z + (corner >> 2)));
+            const std::size_t at =
+                (x + (corner & 1)) + (nx + 1) * ((y + (corner >> 1 & 1)) + (ny + 1) * (z + (corner >> 2)));
             nodes[8 * c + corner] = numbers.of(at);
         }
         const Material own = material_of(lattice, lattice.cell_tissue(grid_[c]), material);
@@ -297,18 +297,17 @@ void Actuation<T>::add_stages(const Body<T>& body, State<T>& state, const StepFa
                                            component(state.velocity, 2)};
     constexpr std::size_t kNodes = 128; // a piece
     const std::size_t count = cells_.places().size();
-    stages.push_back({(count + kNodes - 1) / kNodes,
-                      [this, v, count, kick = factors.kick,
-                       inverse_mass = body.inverse_masses().data()](std::size_t piece, std::size_t) {
-                          for (std::size_t n = piece * kNodes; n < std::min((piece + 1) * kNodes, count); ++n) {
-                              const std::array<double, 3> force = cells_.force_at(n);
-                              for (std::size_t a = 0; a < 3; ++a) {
-                                  const auto at = static_cast<std::ptrdiff_t>(cells_.places()[n]) * v[a].stride;
-                                  v[a].first[at] +=
-                                      static_cast<T>(kick * force[a] * static_cast<double>(inverse_mass[at]));
-                              }
-                          }
-                      }});
+    stages.push_back(
+        {(count + kNodes - 1) / kNodes, [this, v, count, kick = factors.kick,
+                                         inverse_mass = body.inverse_masses().data()](std::size_t piece, std::size_t) {
+             for (std::size_t n = piece * kNodes; n < std::min((piece + 1) * kNodes, count); ++n) {
+                 const std::array<double, 3> force = cells_.force_at(n);
+                 for (std::size_t a = 0; a < 3; ++a) {
+                     const auto at = static_cast<std::ptrdiff_t>(cells_.places()[n]) * v[a].stride;
+                     v[a].first[at] += static_cast<T>(kick * force[a] * static_cast<double>(inverse_mass[at]));
+                 }
+             }
+         }});
 }
 
 template <class T>

@@ -40,7 +40,8 @@ public:
     /// field += factor times the forces at a state, N.
     void add_forces(const Body<T>& body, const State<T>& state, double factor, NodeField<T>& field) const;
     /// product += second derivatives times `direction`, which is in the body's unit, in N.
-    void add_product(const Body<T>& body, const State<T>& state, const NodeField<T>& direction, NodeField<T>& product) const;
+    void add_product(const Body<T>& body, const State<T>& state, const NodeField<T>& direction,
+                     NodeField<T>& product) const;
     /// blocks[e][place] += second derivatives of the node's own, in N by the body's unit: xx, yy, zz, xy, xz, yz.
     void add_diagonal(const Body<T>& body, const State<T>& state, AlignedArray<T> (&blocks)[6]) const;
 
@@ -72,8 +73,8 @@ private:
     std::vector<std::uint32_t> uses_;      ///< 8 times the cell plus the corner
 };
 
-/// As an effect of explicit steps: forces at the beginning of a step. What a change of the sizes stores at once has been
-/// put in by it.
+/// As an effect of explicit steps: forces at the beginning of a step. What a change of the sizes stores at once has
+/// been put in by it.
 template <class T>
 class Actuation final : public StepEffect<T> {
 public:

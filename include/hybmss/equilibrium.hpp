@@ -242,8 +242,9 @@ public:
     /// and keeps linear momentum; angular momentum up to the turn of a spring in a step. No part of solve() and
     /// follow().
     void damp_springs(double stiffness_damping);
-    /// What the damped springs, the pressures, cells of another size and contact with obstacles have of energy: an entry each, as far as there
-    /// are any. Pressures store p (V - V at rest), contact what its springs do, at the last state that was found.
+    /// What the damped springs, the pressures, cells of another size and contact with obstacles have of energy: an
+    /// entry each, as far as there are any. Pressures store p (V - V at rest), contact what its springs do, at the last
+    /// state that was found.
     std::vector<EffectEnergy> effect_energies() const;
     /// What they count up from step to step, to go on with in a solver that is damped too. Throws
     /// std::invalid_argument for another count than effect_memory() gives.

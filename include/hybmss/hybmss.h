@@ -378,8 +378,8 @@ typedef struct hybmss_relaxation {
  * be null. `body`: what the dynamics was made of. Shortens the critical time step. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_relax(hybmss_dynamics* dynamics, const hybmss_body* body,
                                                   const hybmss_relaxation* branches, size_t count);
-/* Makes a lattice's cells of another size at rest, by their indices: three stretches a cell, of the axes x, y and z, each
- * in [0.1, 10]; none for `count` 0, where both may be null. `body`: what the dynamics was made of.
+/* Makes a lattice's cells of another size at rest, by their indices: three stretches a cell, of the axes x, y and z,
+ * each in [0.1, 10]; none for `count` 0, where both may be null. `body`: what the dynamics was made of.
  * ExplicitDynamics::actuate() says all. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_actuate(hybmss_dynamics* dynamics, const hybmss_body* body,
                                                     const uint32_t* cells, const double* stretches, size_t count);

@@ -589,9 +589,8 @@ ActuatedCells actuated_cells(const Scene& scene, const Lattice& lattice) {
         }
         if (given.label) {
             const std::vector<std::uint8_t>& labels = scene.body.labels;
-            std::erase_if(chosen, [&](std::uint32_t c) {
-                return (labels.empty() ? 1 : labels[filled[c]]) != *given.label;
-            });
+            std::erase_if(chosen,
+                          [&](std::uint32_t c) { return (labels.empty() ? 1 : labels[filled[c]]) != *given.label; });
         }
         if (chosen.empty()) {
             throw scene_error(scene, path + (given.where ? "where" : "label"),
@@ -619,7 +618,9 @@ double stiffening_by_actuation(const Scene& scene) {
         greatest = std::max(greatest, x * y * z / (least * least));
     };
     for (const Actuate& actuate : scene.actuations) {
-        look_at(actuate.stretch[0], actuate.stretch[1], actuate.stretch[2]);
+        if (actuate.stretch_in_time.empty()) {
+            look_at(actuate.stretch[0], actuate.stretch[1], actuate.stretch[2]);
+        }
         for (const auto& [time, x, y, z] : actuate.stretch_in_time) {
             look_at(x, y, z);
         }

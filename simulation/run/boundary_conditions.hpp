@@ -153,7 +153,8 @@ struct ActuatedCells {
 /// Throws SceneError where one has no cell, and where a cell is in two.
 ActuatedCells actuated_cells(const Scene& scene, const Lattice& lattice);
 
-/// By how much cells' stiffness by their mass is larger than that of cells as they were made, at most, at any time; >= 1.
+/// By how much cells' stiffness by their mass is larger than that of cells as they were made, at most, at any time;
+/// >= 1.
 double stiffening_by_actuation(const Scene& scene);
 
 /// Sets the sum of all [[load]]s at a time, N, on the nodes that they load; `forces` has one a node.

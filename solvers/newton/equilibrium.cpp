@@ -326,7 +326,8 @@ EquilibriumResult EquilibriumSolver<T>::solve(const Loading& loading, VectorFiel
     i.body->check(displacement); // it is written in the end
     i.read(displacement);
     std::vector<RestStretch> sizes;
-    if (const ActuatedBody<T>* const actuation = i.potential.actuation(); actuation && !loading.rest_stretches.empty()) {
+    if (const ActuatedBody<T>* const actuation = i.potential.actuation();
+        actuation && !loading.rest_stretches.empty()) {
         sizes.assign(actuation->stretches().begin(), actuation->stretches().end());
     }
     i.set(loading);

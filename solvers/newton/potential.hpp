@@ -27,9 +27,10 @@ struct Balance {
 ///
 ///     P(u) = W(u) + A(u) + O(u) - f . u + sum p V(u) + a/2 sum m |u - v|^2 + b/2 (u - u_n) . C(u_n) (u - u_n)
 ///
-/// with the body's energy W, what cells of another size at rest add to it A, that of contact with obstacles O, dead nodal loads f (gravity among them), pressures p on
-/// the surfaces of volumes V, and a pull of the strength a (1/s^2) towards given displacements v, by which backward
-/// Euler is a minimiser too: with v_n the velocity, c the mass damping and dt the step,
+/// with the body's energy W, what cells of another size at rest add to it A, that of contact with obstacles O, dead
+/// nodal loads f (gravity among them), pressures p on the surfaces of volumes V, and a pull of the strength a (1/s^2)
+/// towards given displacements v, by which backward Euler is a minimiser too: with v_n the velocity, c the mass damping
+/// and dt the step,
 ///
 ///     a = 1/dt^2 + c/dt,   a v = (u_n + dt v_n)/dt^2 + c u_n/dt,   gravity and loads as dead loads.
 ///

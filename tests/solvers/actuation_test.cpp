@@ -103,8 +103,7 @@ void expect_a_lattice_of_that_size(double tolerance) {
                 ExplicitDynamics<T> body(lattice, law.material, options), other(grown, law.material, options);
                 const std::vector<std::uint32_t> cells = all_cells(lattice), nodes = lattice.nodes();
                 body.actuate(lattice, law.material, cells, std::vector<RestStretch>(cells.size(), {s, s, s}));
-                std::vector<T> of_other =
-                    testing::random_field<T>(nodes.size(), 0.15 * s * kCellSize, 5);
+                std::vector<T> of_other = testing::random_field<T>(nodes.size(), 0.15 * s * kCellSize, 5);
                 std::vector<T> of_body(of_other.size());
                 for (std::size_t n = 0; n < nodes.size(); ++n) {
                     const auto rest = lattice.rest_position(nodes[n]);
@@ -405,8 +404,8 @@ TEST(Actuation, a_free_body_comes_to_rest_at_its_size) {
     }
 }
 
-/// Timoshenko's bimetal (J. Opt. Soc. Am. 11, 1925): two layers alike but for what one of them shrinks by along the strip
-/// bend to the curvature 3/2 e/t, t being the thickness of both.
+/// Timoshenko's bimetal (J. Opt. Soc. Am. 11, 1925): two layers alike but for what one of them shrinks by along the
+/// strip bend to the curvature 3/2 e/t, t being the thickness of both.
 TEST(Actuation, a_strip_of_two_layers_bends_as_a_bimetal_does) {
     constexpr int kAcross = 4, kAlong = 40;
     const Lattice lattice = Lattice::box(kAcross, kAcross, kAlong, kCellSize);
