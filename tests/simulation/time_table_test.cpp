@@ -527,7 +527,7 @@ TEST(Actuate, refusals_are_clear) {
              {"label = 1\nstretch = [1, 0.01, 1]", "from 0.1 to 10"},
              {"label = 1\nstretch = [[0, 1, 1, 1], [1, 11, 1, 1]]", "from 0.1 to 10"},
              {"label = 7\nstretch = [1, 1, 1]", "no cell"},
-             {"where = \"x-min\"\nstretch = [1, 1, 1]", "no cell"},
+             {"where = {sphere = {center = [9, 9, 9], radius = 1}}\nstretch = [1, 1, 1]", "no cell"},
              {"where = {node = 0}\nstretch = [1, 1, 1]", "no cell"},
              {"label = 1\nstretch = [1, 1, 1]\n[[actuate]]\nlabel = 1\nstretch = [1, 1, 1]", "in actuate[0] too"},
              {"label = 1\nstretch = [1, 1, 1]\n[output]\nstress = true", "as they were made"}}) {
