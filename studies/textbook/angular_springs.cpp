@@ -117,11 +117,7 @@ void add_volume_forces(const reference::Body& body, double rest_volume, const st
 /// G_a h^3 / 12, each of the two between an edge and the diagonal G_a h^3 / 3, half of that by cell: then the sum over
 /// the faces along three axes is isotropic at small strain.
 std::vector<AngularSpring> angular_springs(const reference::Body& body, double shear_modulus, double h) {
-    struct Key {
-        int middle, a, b;
-        auto operator<=>(const Key&) const = default;
-    };
-    std::map<Key, double> sums;
+    std::map<std::array<int, 3>, double> sums; // by the middle's node and the others, the lower first
     const double volume = h * h * h;
     const auto add = [&](int middle, int a, int b, double stiffness) {
         sums[{middle, std::min(a, b), std::max(a, b)}] += stiffness;
@@ -139,11 +135,11 @@ std::vector<AngularSpring> angular_springs(const reference::Body& body, double s
         }
     }
     std::vector<AngularSpring> springs;
-    for (const auto& [key, stiffness] : sums) {
-        const Vector3d& x = body.rest[at(key.middle)];
-        const double angle = angle_between(body.rest[at(key.a)] - x, body.rest[at(key.b)] - x);
-        springs.push_back(
-            {key.middle, key.a, key.b, angle, stiffness, std::cos(angle), stiffness / std::pow(std::sin(angle), 2)});
+    for (const auto& [nodes, stiffness] : sums) {
+        const auto [middle, a, b] = nodes;
+        const Vector3d& x = body.rest[at(middle)];
+        const double angle = angle_between(body.rest[at(a)] - x, body.rest[at(b)] - x);
+        springs.push_back({middle, a, b, angle, stiffness, std::cos(angle), stiffness / std::pow(std::sin(angle), 2)});
     }
     return springs;
 }
