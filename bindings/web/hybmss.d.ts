@@ -6,7 +6,7 @@
  *
  * Typed arrays that are properties are views of the module's memory, without copies. Its memory may grow when something
  * is made or cut; the views that were taken before are then empty (their length is 0): take them from the property
- * again, which costs nothing.
+ * again, which costs nothing. (With threads they see the same memory as before.)
  */
 
 export class HybmssError extends Error {
@@ -14,11 +14,15 @@ export class HybmssError extends Error {
   readonly status: string;
 }
 
+/** Where hybmss.wasm is (with threads: hybmss.threads.wasm), its bytes, or it compiled; left out: the file beside this one. */
+export type Source = string | URL | BufferSource | WebAssembly.Module;
+
 /**
- * Loads the module, once; await it before anything else. `source`: where hybmss.wasm is, its bytes, or a compiled
- * module; by default the file beside this one.
+ * Loads the module, once; await it before anything else. `threads`, from 1 (as it is without) to 64: that of the caller
+ * and so many workers less one. A page must be isolated from other origins for more than one (crossOriginIsolated), and
+ * says so if it is not. Results have the same bits with any number.
  */
-export function load(source?: string | URL | BufferSource | WebAssembly.Module): Promise<void>;
+export function load(given?: Source | { source?: Source; threads?: number }): Promise<void>;
 
 /** "major.minor.patch" of the library. */
 export function version(): string;
@@ -102,6 +106,8 @@ export interface PlanOptions {
   precision?: Precision;
   accuracy?: "fast" | "accurate" | "exact";
   layout?: string;
+  /** at most those of load(), which are taken where this is left out; small bodies take fewer */
+  threads?: number;
 }
 
 /** Forces and energies of a body at displacements of the caller's. */
@@ -235,7 +241,7 @@ export interface Anchor {
 
 /** Bodies that touch and are tied. */
 export class World {
-  constructor(options?: { precision?: Precision });
+  constructor(options?: { precision?: Precision; threads?: number });
   /** By number: to hold, load, read and set them by. Steps are the world's. */
   readonly bodies: Dynamics[];
   /** Adds a body whose grid has its low corner at the origin; returns its number. */

@@ -1,4 +1,5 @@
 // The C interface (include/hybmss/hybmss.h) in JavaScript: hybmss.d.ts says what everything is.
+import { environment } from "./hybmss.environment.js";
 
 let wasm = null; // exports of the module
 let memory = null;
@@ -11,59 +12,105 @@ export class HybmssError extends Error {
   }
 }
 
-// What the module asks for: a clock, and an environment that has nothing in it.
-const imports = {
-  env: { emscripten_notify_memory_growth() {} },
-  wasi_snapshot_preview1: {
-    clock_time_get(_clock, _precision, time) {
-      data().setBigUint64(time, BigInt(Math.round(performance.now() * 1e6)), true);
-      return 0;
-    },
-    environ_sizes_get(count, bytes) {
-      data().setUint32(count, 0, true);
-      data().setUint32(bytes, 0, true);
-      return 0;
-    },
-    environ_get: () => 0,
-    proc_exit(code) {
-      throw new HybmssError("internal error", `the module ended itself with ${code}`);
-    },
-  },
-};
-
-async function instantiate(source) {
+/** The compiled module at `source`. */
+async function compile(source) {
   if (source instanceof WebAssembly.Module) {
-    return WebAssembly.instantiate(source, imports);
+    return source;
   }
   if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) {
-    return (await WebAssembly.instantiate(source, imports)).instance;
+    return WebAssembly.compile(source);
   }
-  const address = new URL(source ?? new URL("./hybmss.wasm", import.meta.url), import.meta.url);
+  const address = new URL(source, import.meta.url);
   if (address.protocol === "file:") {
     const files = await import(/* @vite-ignore */ "node:fs/promises");
-    return (await WebAssembly.instantiate(await files.readFile(address), imports)).instance;
+    return WebAssembly.compile(await files.readFile(address));
   }
   const response = await fetch(address);
   if (!response.ok) {
     throw new HybmssError("file error", `${address}: cannot be read: ${response.status} ${response.statusText}`);
   }
-  return (await WebAssembly.instantiate(await response.arrayBuffer(), imports)).instance;
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+async function one(source) {
+  const module = await compile(source ?? new URL("./hybmss.wasm", import.meta.url));
+  const { exports } = await WebAssembly.instantiate(module, environment(module, () => exports.memory));
+  exports._initialize();
+  return exports;
+}
+
+/** A worker that has the module and its memory, and waits. */
+async function threadOf(module, memory) {
+  const address = new URL("./hybmss.worker.js", import.meta.url);
+  const inNode = typeof Worker === "undefined";
+  const worker = inNode
+    ? new (await import(/* @vite-ignore */ "node:worker_threads")).Worker(address)
+    : new Worker(new URL("./hybmss.worker.js", import.meta.url), { type: "module" });
+  const on = (event, work) => (inNode ? worker.on(event, work) : worker.addEventListener(event, work));
+  await new Promise((resolve, reject) => {
+    on("message", resolve);
+    on("error", (error) => {
+      error.preventDefault?.();
+      reject(new HybmssError("internal error", `${address}: a thread cannot be started: ${error.message ?? "it cannot be read"}`));
+    });
+    worker.postMessage({ module, memory });
+  });
+  worker.unref?.(); // node ends though it waits
+  return worker;
+}
+
+async function several(source, threads) {
+  if (typeof SharedArrayBuffer === "undefined" || globalThis.crossOriginIsolated === false) {
+    throw new HybmssError(
+      "invalid argument",
+      `load.threads = ${threads} is not allowed: this page is not isolated from other origins; its server must send ` +
+        "Cross-Origin-Opener-Policy: same-origin and Cross-Origin-Embedder-Policy: require-corp, or threads must be 1",
+    );
+  }
+  const module = await compile(source ?? new URL("./hybmss.threads.wasm", import.meta.url));
+  const memory = new WebAssembly.Memory({ initial: 256, maximum: 32768, shared: true });
+  const idle = await Promise.all(Array.from({ length: threads - 1 }, () => threadOf(module, memory)));
+  const inWindow = typeof window !== "undefined"; // which must not be blocked
+  const { exports } = await WebAssembly.instantiate(module, environment(module, memory, {
+    emscripten_num_logical_cores: () => threads,
+    _emscripten_default_pthread_stack_size: () => 1 << 20,
+    __emscripten_init_main_thread_js(thread) {
+      exports._emscripten_thread_init(thread, inWindow ? 1 : 0, 1, inWindow ? 0 : 1, 0);
+      exports.emscripten_tls_init();
+    },
+    __pthread_create_js(thread, _attributes, routine, argument) {
+      const worker = idle.pop();
+      worker?.postMessage({ thread, stack: exports.hybmss_thread_stack(thread), routine, argument });
+      return worker ? 0 : 6; // EAGAIN
+    },
+  }));
+  exports.__wasm_call_ctors();
+  return { ...exports, memory };
 }
 
 let loading = null;
-export function load(source) {
-  loading ??= instantiate(source).then(
-    (instance) => {
-      wasm = instance.exports;
-      memory = wasm.memory;
-      wasm._initialize();
-    },
-    (error) => {
-      loading = null;
-      throw error;
-    },
-  );
-  return loading;
+let threads = 1; // that the module was loaded with
+export async function load(given = {}) {
+  const isSource = typeof given === "string" || ArrayBuffer.isView(given) ||
+    [URL, ArrayBuffer, WebAssembly.Module].some((Type) => given instanceof Type);
+  const options = isSource ? { source: given } : given;
+  known("load", options, ["source", "threads"]);
+  const wanted = options.threads ?? (loading ? threads : 1);
+  if (!Number.isInteger(wanted) || wanted < 1 || wanted > 64) {
+    throw new HybmssError("invalid argument", `load.threads = ${wanted} is not allowed: it must be a whole number from 1 to 64`);
+  }
+  if (loading && wanted !== threads) {
+    throw new HybmssError("invalid argument", `load.threads = ${wanted} is not allowed: the module is loaded with ${threads}`);
+  }
+  threads = wanted;
+  loading ??= wanted === 1 ? one(options.source) : several(options.source, wanted);
+  try {
+    wasm = await loading;
+    memory = wasm.memory;
+  } catch (error) {
+    loading = null;
+    throw error;
+  }
 }
 
 // ---- memory: addresses of the module's, and views that last until it grows
@@ -78,7 +125,7 @@ function data() {
 
 function text(address) {
   const bytes = new Uint8Array(memory.buffer);
-  return new TextDecoder().decode(bytes.subarray(address, bytes.indexOf(0, address)));
+  return new TextDecoder().decode(bytes.slice(address, bytes.indexOf(0, address))); // of shared memory it takes no view
 }
 
 function ready() {
@@ -402,14 +449,24 @@ export class Network extends Handle {
 // ---- plans and motion
 
 const accuracies = ["accurate", "exact", "fast"];
+/** Of those that the module was loaded with, all where nothing is said. */
+function threadsOf({ threads: wanted = threads }) {
+  if (!Number.isInteger(wanted) || wanted < 1 || wanted > threads) {
+    throw new HybmssError(
+      "invalid argument",
+      `options.threads = ${wanted} is not allowed: the module was loaded with ${threads}, by load({ threads })`,
+    );
+  }
+  return wanted;
+}
 function planOptions(take, given) {
-  known("options", given, ["precision", "accuracy", "layout"]);
+  known("options", given, ["precision", "accuracy", "layout", "threads"]);
   const at = take(24);
   if (given.layout) {
     data().setUint32(at + 4, put(take, Uint8Array, new TextEncoder().encode(`${given.layout}\0`)), true);
   }
   data().setInt32(at + 8, choice("accuracy", given.accuracy ?? "accurate", accuracies), true);
-  data().setInt32(at + 12, 1, true);
+  data().setInt32(at + 12, threadsOf(given), true);
   return at;
 }
 
@@ -629,10 +686,10 @@ const inSpace = 0xffffffff;
 export class World extends Handle {
   constructor(options = {}) {
     ready();
-    known("options", options, ["precision"]);
+    known("options", options, ["precision", "threads"]);
     const precision = options.precision ?? "float32";
     const wide = typeOf(precision) === Float64Array ? 1 : 0;
-    super("world", (slot) => call("hybmss_world_create", wide, 1, slot));
+    super("world", (slot) => call("hybmss_world_create", wide, threadsOf(options), slot));
     this.precision = precision;
     this.parameters = this.block(Float64Array, 6);
     this.bodies = [];

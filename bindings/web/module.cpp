@@ -1,7 +1,19 @@
-// What hybmss.js takes for granted of the C interface: where members lie, in bytes.
+// What hybmss.js takes for granted of the C interface: where members lie, in bytes. And what threads are begun with.
 #include "hybmss/hybmss.h"
 
 #include <cstddef>
+
+#include <pthread.h>
+
+/// Where the stack of a thread begins that has been made and not yet begun: it grows down.
+extern "C" void* hybmss_thread_stack(pthread_t thread) {
+    pthread_attr_t attributes;
+    void* low = nullptr;
+    std::size_t bytes = 0;
+    pthread_getattr_np(thread, &attributes);
+    pthread_attr_getstack(&attributes, &low, &bytes);
+    return static_cast<char*>(low) + bytes;
+}
 
 #define AT(type, member, offset) static_assert(offsetof(type, member) == (offset))
 #define SIZE(type, size) static_assert(sizeof(type) == (size))

@@ -1,32 +1,16 @@
 #include "plan/threads/helper_threads.hpp"
 
-#if !HYBMSS_ONETBB
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <functional>
 
-// Nobody comes to help, and a run's caller, who waits for nobody, gets everything done.
-namespace hybmss {
-
-int default_threads() {
-    return 1;
-}
-
-struct HelperThreads::Arena {};
-
-HelperThreads::HelperThreads(int) {}
-HelperThreads::~HelperThreads() = default;
-
-void HelperThreads::join(const std::shared_ptr<StagedRun>&) {}
-
-} // namespace hybmss
-
-#else
+#if HYBMSS_ONETBB
 
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
 
-#include <algorithm>
-#include <chrono>
-#include <exception>
 #include <map>
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -48,9 +32,6 @@ int default_threads() {
 }
 
 namespace {
-
-// Longer than what a simulation does between two steps; short beside what a program would miss the core for.
-constexpr std::chrono::microseconds kStay{200};
 
 /// Arenas live as long as the program, and all objects share them: oneTBB never delivers what is left in an arena that
 /// is destroyed, nor frees that arena's memory.
@@ -79,47 +60,113 @@ void allow(int threads) {
     }
 }
 
-} // namespace
+using Work = std::function<void()>;
 
-struct HelperThreads::Arena {
-    explicit Arena(int threads) : arena(arena_for(std::max(threads, default_threads()))) { allow(threads); }
-    tbb::task_arena& arena;
-};
-
-/// Makes a thread of oneTBB a helper.
+/// How oneTBB is given its work.
 ///
 /// ThreadSanitizer cannot see that oneTBB, which is built without it, hands a task over before it starts: it is told
 /// so, and does not look at how the task's one pointer is copied and read. Everything else is ordered by the shared
 /// mutex and the run's atomics.
-struct HelperThreads::Task {
-    std::shared_ptr<Shared> shared;
-    std::size_t worker;
-
-    static void run(Task* given) {
+struct Call {
+    Work* work;
+    HYBMSS_NOT_FOR_TSAN void operator()() const { run(work); }
+    static void run(Work* given) {
 #if defined(__SANITIZE_THREAD__)
         __tsan_acquire(given);
 #endif
-        const std::unique_ptr<Task> task(given);
-        task->shared->help(task->worker);
+        (*std::unique_ptr<Work>(given))();
     }
-    /// Takes the task over once it is on its way.
-    static void enqueue(tbb::task_arena& arena, std::unique_ptr<Task> task) {
+};
+
+} // namespace
+
+struct HelperThreads::Arena {
+    explicit Arena(int threads) : arena(arena_for(std::max(threads, default_threads()))) { allow(threads); }
+    void enqueue(Work given) {
+        auto work = std::make_unique<Work>(std::move(given));
 #if defined(__SANITIZE_THREAD__)
-        __tsan_release(task.get());
+        __tsan_release(work.get());
 #endif
 #if defined(__SANITIZE_ADDRESS__)
         // A program may end before oneTBB has delivered it, and LeakSanitizer does not look into oneTBB's memory.
-        __lsan_ignore_object(task.get());
+        __lsan_ignore_object(work.get());
 #endif
-        arena.enqueue(Call{task.get()});
-        static_cast<void>(task.release());
+        arena.enqueue(Call{work.get()});
+        static_cast<void>(work.release());
+    }
+    tbb::task_arena& arena;
+};
+
+#else
+
+#include <condition_variable>
+#include <deque>
+#include <thread>
+
+namespace hybmss {
+
+int default_threads() {
+    // The standard library reads a file to answer.
+    static const int cores = std::max(static_cast<int>(std::thread::hardware_concurrency()), 1);
+    return cores;
+}
+
+/// Threads of the standard library, started as they are first needed. They live as long as the program, and all objects
+/// share them.
+struct HelperThreads::Arena {
+    explicit Arena(int threads) {
+        const std::lock_guard lock(pool().mutex);
+        pool().most = std::max(pool().most, static_cast<std::size_t>(threads) - 1);
+    }
+    void enqueue(std::function<void()> work) {
+        Pool& all = pool();
+        const std::lock_guard lock(all.mutex);
+        all.waiting.push_back(std::move(work));
+        if (all.waiting.size() > all.idle && all.started < all.most) {
+            try {
+                std::thread(serve).detach();
+                ++all.started;
+            } catch (const std::exception&) {
+                if (all.started == 0) {
+                    all.waiting.pop_back();
+                    throw;
+                }
+            }
+        }
+        all.work.notify_one();
     }
 
-    struct Call {
-        Task* task;
-        HYBMSS_NOT_FOR_TSAN void operator()() const { run(task); }
+private:
+    struct Pool {
+        std::mutex mutex;
+        std::condition_variable work;
+        std::deque<std::function<void()>> waiting;
+        std::size_t idle = 0, started = 0, most = 0;
     };
+    static Pool& pool() {
+        static Pool& pool = *new Pool; // outlives the threads, which end with the program
+        return pool;
+    }
+    static void serve() {
+        Pool& all = pool();
+        std::unique_lock lock(all.mutex);
+        for (;;) {
+            ++all.idle;
+            all.work.wait(lock, [&all] { return !all.waiting.empty(); });
+            --all.idle;
+            const std::function<void()> mine = std::move(all.waiting.front());
+            all.waiting.pop_front();
+            lock.unlock();
+            mine();
+            lock.lock();
+        }
+    }
 };
+
+#endif
+
+// Longer than what a simulation does between two steps; short beside what a program would miss the core for.
+constexpr std::chrono::microseconds kStay{200};
 
 HelperThreads::HelperThreads(int threads)
     : shared_(std::make_shared<Shared>()), arena_(std::make_unique<Arena>(threads)) {
@@ -176,7 +223,7 @@ void HelperThreads::join(const std::shared_ptr<StagedRun>& run) {
     shared_->announced.store(number, std::memory_order_relaxed);
     for (const std::size_t worker : absent) {
         try {
-            Task::enqueue(arena_->arena, std::make_unique<Task>(Task{shared_, worker}));
+            arena_->enqueue([shared = shared_, worker] { shared->help(worker); });
         } catch (const std::exception&) {
             // No memory or no threads: the run is on its way, and the caller can finish it alone.
             const std::lock_guard lock(shared_->mutex);
@@ -186,5 +233,3 @@ void HelperThreads::join(const std::shared_ptr<StagedRun>& run) {
 }
 
 } // namespace hybmss
-
-#endif

@@ -10,13 +10,14 @@
 
 namespace hybmss {
 
-/// Threads that oneTBB works with, the caller's included; 1 where the library is built without it.
+/// Threads that oneTBB works with, the caller's included; without it, those that the machine runs at a time.
 int default_threads();
 
-/// Threads of oneTBB that help with one run after the other.
+/// Threads of oneTBB, or of the standard library where that is not there (HYBMSS_ONETBB), that help with one run after
+/// the other.
 ///
 /// A helper is asked for and not waited for. Between runs it stays for a moment, because to wake a thread up takes
-/// longer than a step of a small body; then it goes back to oneTBB.
+/// longer than a step of a small body; then it goes back to where it came from.
 class HelperThreads {
 public:
     /// `threads` >= 2, the caller's included.
@@ -32,7 +33,6 @@ public:
 
 private:
     struct Arena;
-    struct Task;
     /// What helpers see, and own too: they may leave after the object has gone.
     struct Shared {
         std::mutex mutex;

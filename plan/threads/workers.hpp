@@ -13,13 +13,13 @@ namespace hybmss {
 
 class HelperThreads;
 
-/// A number of threads, the caller's among them, that run pieces of work. Helpers are oneTBB's, and the caller waits
-/// for none that has not begun a piece; or they are those of a task runner.
+/// A number of threads, the caller's among them, that run pieces of work. Helpers are oneTBB's or the
+/// standard library's, and the caller waits for none that has not begun a piece; or they are those of a task runner.
 ///
 /// What is called from within a piece runs on the calling thread alone: the others have pieces of their own.
 class Workers {
 public:
-    /// `threads` >= 1. `runner` is copied; null: oneTBB. `underflow`: within pieces.
+    /// `threads` >= 1. `runner` is copied; null: HelperThreads. `underflow`: within pieces.
     explicit Workers(int threads, const TaskRunner* runner = nullptr, Underflow underflow = Underflow::gradual);
     Workers(Workers&&) noexcept;
     ~Workers();
@@ -35,7 +35,7 @@ public:
 
 private:
     int threads_;
-    std::unique_ptr<HelperThreads> helpers_; ///< of oneTBB; null where there are none
+    std::unique_ptr<HelperThreads> helpers_; ///< null where there are none
     TaskRunner runner_;                      ///< the caller's; without functions where there is none
     Underflow underflow_;
 };

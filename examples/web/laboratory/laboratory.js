@@ -348,7 +348,10 @@ function drawTrail() {
 
 async function begin() {
   try {
-    await load(new URL("./hybmss.wasm", import.meta.url));
+    // Threads where the server isolates the page (examples/web/serve.mjs), though no more than a body of this size takes.
+    const threads = globalThis.crossOriginIsolated ? Math.min(navigator.hardwareConcurrency, 4) : 1;
+    await load({ threads });
+    find("threads").textContent = threads === 1 ? "one thread" : `${threads} threads`;
     stage = new Stage(find("canvas"));
     choices();
     panel.inert = find("reset").disabled = false;

@@ -242,7 +242,7 @@ test("the package carries the library's version and licence", async () => {
   assert.equal(described.version, version());
   assert.equal(described.license, "MIT");
   const files = String(execFileSync("tar", ["tzf", new URL(`build/web/hybmss-${version()}.tgz`, root).pathname]));
-  for (const file of ["LICENSE", "hybmss.js", "hybmss.d.ts", "hybmss.wasm", "package.json"]) {
+  for (const file of ["LICENSE", "hybmss.js", "hybmss.worker.js", "hybmss.d.ts", "hybmss.wasm", "hybmss.threads.wasm", "package.json"]) {
     assert.ok(files.includes(`package/${file}\n`), file);
   }
 });

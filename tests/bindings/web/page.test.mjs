@@ -1,13 +1,12 @@
 // The laboratory in a real browser: it loads, moves, is pulled, cut, thrown, pressed and tortured, and comes to no harm.
 import assert from "node:assert/strict";
-import { createServer } from "node:http";
-import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import test, { after, before } from "node:test";
 
+import { serve } from "../../../examples/web/serve.mjs";
+
 const root = new URL("../../../", import.meta.url);
 const { launch } = createRequire(new URL("build/web/page-modules/", root))("puppeteer-core");
-const types = { html: "text/html", css: "text/css", js: "text/javascript", wasm: "application/wasm" };
 const pictures = process.env.HYBMSS_PICTURES; // a folder for screenshots
 
 let server;
@@ -16,16 +15,7 @@ let page;
 const wrong = []; // what the page's console said
 
 before(async () => {
-  server = createServer(async ({ url }, response) => {
-    const name = url === "/" ? "index.html" : url.slice(1);
-    try {
-      const body = await readFile(new URL(`build/web/page/${name}`, root));
-      response.writeHead(200, { "content-type": types[name.split(".").at(-1)] ?? "application/octet-stream" }).end(body);
-    } catch {
-      response.writeHead(404).end();
-    }
-  });
-  await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
+  server = await serve(new URL("build/web/page", root).pathname);
   browser = await launch({
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
@@ -36,7 +26,7 @@ before(async () => {
   });
   page.on("pageerror", (error) => wrong.push(error.message));
   await page.setViewport({ width: 1180, height: 720 });
-  await page.goto(`http://127.0.0.1:${server.address().port}/`);
+  await page.goto(`${server.address}/`);
   await started();
 });
 
