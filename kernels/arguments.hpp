@@ -330,4 +330,28 @@ struct SkinVertices {
     std::ptrdiff_t normals_stride;
 };
 
+// ---- stresses of cells
+
+/// The first of the arrays that take a value of each cell: first Piola stress row by row; Cauchy stress and Green
+/// strain xx, yy, zz, xy, yz, xz; and one array each.
+inline constexpr int kStressPiola = 0, kStressCauchy = 9, kStressGreen = 15, kStressVolumeRatio = 21,
+                     kStressEnergy = 22, kStressVonMises = 23, kStressPressure = 24, kStressValues = 25;
+
+/// Cells anywhere in a body. Lengths by the cell size, moduli in Pa. Vectors are read whole: arrays of cells have
+/// kMaxWidth more at their end. Nothing is written beyond the last cell.
+template <class T>
+struct StressCells {
+    const T* displacement[3];
+    const std::int32_t* corners[8]; ///< node numbers
+    const std::uint8_t* in_a_row;   ///< so many cells from this one on have nodes one after the other
+    const T* scale;                 ///< of stiffness
+    const T* quadratic;             ///< volume moduli at the scale 1, by energy
+    const T* mean_stretch;
+    T springs[3]; ///< of edges, face and cube diagonals: k/h
+    StiffeningConstants<T> stiffening;
+    T crush, crush_bound;                            ///< modulus; J - 1 below which it acts
+    T bending, coupling, twist, joint_twist, fourth; ///< of patterns, by h; for springs on means
+    T* values[kStressValues];                        ///< null where not wanted
+};
+
 } // namespace hybmss::kernels

@@ -33,6 +33,7 @@ using Residuals = Axis<false, true>; ///< what is left of a right side in place 
 using WithVolume = Axis<false, true>;
 using OnMeans = Axis<false, true>; ///< all springs
 using WithNormals = Axis<false, true>;
+using Stiffening = Axis<false, true>;
 using Driven = Axis<false, true>; ///< by gravity or damping
 using Accuracies = Axis<Accuracy::fast, Accuracy::accurate, Accuracy::exact>;
 using Volumes = Axis<Volume::none, Volume::quadratic, Volume::mean_stretch>;

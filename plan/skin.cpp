@@ -262,6 +262,74 @@ TriangleMesh smooth_boundary_mesh(const Lattice& lattice) {
     return mesh;
 }
 
+namespace {
+
+/// The corners of a triangle that has been parted until no edge is longer than `most`.
+void add_points(const std::array<Vector3, 3>& corners, double most, std::vector<Vector3>& points) {
+    std::size_t longest = 0;
+    double length = 0;
+    for (std::size_t e = 0; e < 3; ++e) {
+        const Vector3 &a = corners[e], &b = corners[(e + 1) % 3];
+        if (const double d = std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); d > length) {
+            length = d;
+            longest = e;
+        }
+    }
+    if (!(length > most)) {
+        points.insert(points.end(), corners.begin(), corners.end());
+        return;
+    }
+    const Vector3 &a = corners[longest], &b = corners[(longest + 1) % 3], &c = corners[(longest + 2) % 3];
+    const Vector3 middle = {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+    add_points({a, middle, c}, most, points);
+    add_points({middle, b, c}, most, points);
+}
+
+} // namespace
+
+std::vector<SkinPoint> skin_points(const Lattice& lattice, const TriangleMesh& mesh,
+                                   const std::array<double, 3>& origin) {
+    validate(lattice, mesh);
+    const double h = lattice.cell_size();
+    std::vector<Vector3> points;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        add_points({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}, 1.5 * h,
+                   points); // cells' faces are not parted
+    }
+    std::sort(points.begin(), points.end());
+    points.erase(std::unique(points.begin(), points.end()), points.end());
+    const NearestCell nearest(lattice);
+    const NodeNumbers numbers(lattice, lattice.nodes().size());
+    std::vector<SkinPoint> skin;
+    for (const Vector3& x : points) {
+        const std::array<int, 3> cell = nearest.to({x[0] / h, x[1] / h, x[2] / h});
+        std::array<std::array<double, 2>, 3> at{}, slope{}; // of the nearest place, along each axis; and the way on
+        Vector3 on{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double place = x[a] / h - cell[a], inside = std::clamp(place, 0.0, 1.0);
+            at[a] = {1 - inside, inside};
+            slope[a] = {-1, 1};
+            on[a] = place - inside;
+        }
+        SkinPoint& point = skin.emplace_back();
+        for (std::size_t c = 0; c < 8; ++c) {
+            const std::array<std::size_t, 3> bit = {c & 1, c >> 1 & 1, c >> 2};
+            point.nodes[c] = numbers.of(lattice.grid_node_index(cell[0] + static_cast<int>(bit[0]),
+                                                                cell[1] + static_cast<int>(bit[1]),
+                                                                cell[2] + static_cast<int>(bit[2])));
+            point.weights[c] = at[0][bit[0]] * at[1][bit[1]] * at[2][bit[2]];
+            for (std::size_t a = 0; a < 3; ++a) { // on linearly
+                const std::size_t b = (a + 1) % 3, d = (a + 2) % 3;
+                point.weights[c] += on[a] * slope[a][bit[a]] * at[b][bit[b]] * at[d][bit[d]];
+            }
+        }
+        for (std::size_t a = 0; a < 3; ++a) {
+            point.rest_position[a] = origin[a] + x[a];
+        }
+    }
+    return skin;
+}
+
 template <class T>
 struct Skin<T>::Implementation {
     Implementation(const Lattice& lattice, const TriangleMesh& mesh, const PlanOptions& options)

@@ -1,78 +1,38 @@
 #include "hybmss/stress.hpp"
 
+#include "kernels/kernel_table.hpp"
 #include "layouts/node_numbers.hpp"
 #include "plan/bodies/field_checks.hpp"
 #include "plan/threads/workers.hpp"
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace hybmss {
 namespace {
 
-/// So many cells are computed side by side.
-constexpr int kCellsTogether = 8;
-using Lanes = Eigen::Array<double, kCellsTogether, 1>;
-using LaneVector = std::array<Lanes, 3>;
-using LaneMatrix = std::array<LaneVector, 3>; ///< by rows
+/// So many cells are computed at a time: what they are made of is put down once, and stays in the caches.
+constexpr std::size_t kPiece = 256;
+static_assert(kPiece % kernels::kMaxWidth == 0); // so that pieces end where vectors do
 
-Lanes dot(const LaneVector& a, const LaneVector& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/// -1 on a corner's low side of an axis, +1 on its high side.
-double side(std::size_t corner, std::size_t axis) {
-    return corner >> axis & 1 ? 1.0 : -1.0;
-}
-
-/// One of the 13 springs of a cell of edge 1, and the pairs of corners that it joins: 4, 2 or 1 of its parallels.
-struct Direction {
-    std::array<int, 3> rest;
-    std::size_t axes; ///< 1: edge, 2: face diagonal, 3: cube diagonal
-    std::vector<std::array<std::size_t, 2>> pairs;
-};
-
-std::vector<Direction> directions() {
-    std::vector<Direction> all;
-    for (int number = 14; number < 27; ++number) { // one of r and -r each
-        const std::array<int, 3> rest = {number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1};
-        Direction direction{rest, 0, {}};
-        for (const int r : rest) {
-            direction.axes += r != 0;
-        }
-        for (std::size_t from = 0; from < 8; ++from) {
-            std::size_t to = from;
-            bool inside = true;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const bool high = (from >> axis & 1) != 0;
-                inside = inside && !(rest[axis] > 0 && high) && !(rest[axis] < 0 && !high);
-                to ^= static_cast<std::size_t>(rest[axis] != 0) << axis;
-            }
-            if (inside) {
-                direction.pairs.push_back({from, to});
-            }
-        }
-        all.push_back(std::move(direction));
+template <class T>
+void point(kernels::StressCells<T>& cells, const StressArrays<T>& into, std::size_t first) {
+    const auto set = [&](int value, T* array) { cells.values[value] = array ? array + first : nullptr; };
+    for (int i = 0; i < 9; ++i) {
+        set(kernels::kStressPiola + i, into.first_piola[static_cast<std::size_t>(i)]);
     }
-    return all;
-}
-
-// phi(J) and phi'(J) at j = J - 1: see VolumeEnergy.
-std::pair<double, double> volume_energy_at(VolumeEnergy energy, double j) {
-    if (energy == VolumeEnergy::quadratic) {
-        return {0.5 * j * j, j};
+    for (int s = 0; s < 6; ++s) {
+        set(kernels::kStressCauchy + s, into.cauchy[static_cast<std::size_t>(s)]);
+        set(kernels::kStressGreen + s, into.green_strain[static_cast<std::size_t>(s)]);
     }
-    if (j < -7.0 / 8.0) {
-        return {9.0 / 8.0 - 6.0 * (j + 7.0 / 8.0), -6};
-    }
-    const double stretch = std::expm1(std::log1p(j) / 3), c = 1 + stretch;
-    return {4.5 * stretch * stretch, 3 * stretch / (c * c)};
+    set(kernels::kStressVolumeRatio, into.volume_ratio);
+    set(kernels::kStressEnergy, into.energy_density);
+    set(kernels::kStressVonMises, into.von_mises);
+    set(kernels::kStressPressure, into.pressure);
 }
 
 } // namespace
@@ -87,243 +47,160 @@ double CellStress::von_mises() const {
     return std::sqrt(0.5 * (p * p + q * q + r * r) + 3 * (xy * xy + yz * yz + xz * xz));
 }
 
-/// Lengths are in cell sizes, moduli and energies in Pa.
 struct StressMeter::Implementation {
-    /// What cells of a tissue have for volume energy at the scale 1.
-    struct Volume {
-        VolumeEnergy energy;
-        double kappa;
-    };
-    using CellVolumes = std::array<Volume, kCellsTogether>;
-
-    Implementation(const Lattice& lattice, const Material& given,
+    Implementation(const Lattice& lattice, const Material& material,
                    std::span<const std::array<std::uint32_t, 8>> cells_of_body, std::size_t node_count,
                    const PlanOptions& options)
-        : material(given), nodes(node_count), cell_size(lattice.cell_size()),
-          cells(cells_of_body.begin(), cells_of_body.end()), springs(directions()),
+        : nodes(node_count), cells(cells_of_body.size()), cell_size(lattice.cell_size()),
+          set(resolve(options.instruction_set)), accuracy(options.accuracy),
           workers(useful_threads(options, node_count), options.task_runner) {
         validate(lattice, material);
         const SpringConstants k = spring_constants(material, cell_size);
-        spring_moduli = {k.edge / cell_size, k.face_diagonal / cell_size, k.cube_diagonal / cell_size};
+        springs = {k.edge / cell_size, k.face_diagonal / cell_size, k.cube_diagonal / cell_size};
         pattern = pattern_constants(material, cell_size);
-        for (double* const p : {&pattern.bending, &pattern.twist, &pattern.joint_twist, &pattern.fourth}) {
-            *p /= cell_size;
-        }
+        on_means = material.springs == SpringForm::means;
+        stiffening = material.stiffening;
         crush = crush_modulus(material);
+        crush_bound = crush > 0 ? material.crush.ratio - 1 : -1e30;
         for (std::size_t tissue = 0; tissue <= lattice.tissues().size(); ++tissue) {
             const Material own = material_of(lattice, tissue, material);
             const VolumeEnergy energy = resolved_volume_energy(own);
-            volumes.push_back({energy, energy == VolumeEnergy::none ? 0 : volume_modulus(own)});
-            volumetric = volumetric || crush > 0 || volumes.back().kappa != 0;
+            const double kappa = energy == VolumeEnergy::none ? 0 : volume_modulus(own);
+            volumes.push_back(energy == VolumeEnergy::quadratic ? std::array{kappa, 0.0} : std::array{0.0, kappa});
         }
         for (std::size_t cell = 0; cell < lattice.cell_scales().size(); ++cell) {
             if (lattice.cell_scales()[cell] > 0) {
-                scales.push_back(lattice.cell_scales()[cell] / lattice.cell_fill(cell)); // of what fills it
+                scales.push_back(static_cast<double>(lattice.cell_scales()[cell]) /
+                                 static_cast<double>(lattice.cell_fill(cell))); // of what fills it
                 tissues.push_back(static_cast<std::uint8_t>(lattice.cell_tissue(cell)));
             }
         }
-        if (scales.size() != cells.size()) {
-            throw std::invalid_argument("cells: " + std::to_string(cells.size()) + " given, the lattice has " +
+        if (scales.size() != cells) {
+            throw std::invalid_argument("cells: " + std::to_string(cells) + " given, the lattice has " +
                                         std::to_string(scales.size()));
         }
-    }
-
-    /// d (x) r of a spring, or of several that are parallel, with its energy.
-    void add_spring(const Direction& spring, double modulus, const LaneVector& change, LaneMatrix& piola,
-                    Lanes& density) const {
-        const double length = std::sqrt(static_cast<double>(spring.axes));
-        LaneVector d = change;
-        Lanes q = dot(change, change);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            d[axis] += spring.rest[axis];
-            q += 2.0 * spring.rest[axis] * change[axis];
+        for (std::size_t c = 0; c < 8; ++c) {
+            corners[c].resize(cells + kernels::kMaxWidth, 0); // the last ones are read with others beside
+            for (std::size_t n = 0; n < cells; ++n) {
+                corners[c][n] = static_cast<std::int32_t>(cells_of_body[n][c]);
+            }
         }
-        const Lanes size = dot(d, d).sqrt().max(1e-12 * length);
-        const Lanes elongation = q / (size + length), strain = elongation / length;
-        const SpringStiffening& law = material.stiffening;
-        const Lanes pull = modulus * (elongation + length * strain * strain * (law.quadratic + law.cubic * strain));
-        density += modulus * elongation * elongation *
-                   (0.5 + strain * (law.quadratic / 3) + strain * strain * (law.cubic / 4));
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Lanes along = pull / size * d[i];
-            for (std::size_t j = 0; j < 3; ++j) {
-                if (spring.rest[j] != 0) {
-                    piola[i][j] += spring.rest[j] * along;
-                }
+        in_a_row.assign(cells, 1);
+        for (std::size_t n = cells; n-- > 1;) {
+            const auto next = [n](const auto& of) { return of[n] == of[n - 1] + 1; };
+            if (std::ranges::all_of(corners, next)) {
+                in_a_row[n - 1] = static_cast<std::uint8_t>(std::min(in_a_row[n] + 1, 255));
             }
         }
     }
 
-    /// What holds the patterns that springs on means do not see.
-    void add_patterns(const std::array<LaneVector, 8>& u, const LaneMatrix& f, LaneMatrix& piola,
-                      Lanes& density) const {
-        std::array<LaneVector, 3> g; // g_1, g_2, g_3
-        LaneVector fourth;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            g[0][axis] = g[1][axis] = g[2][axis] = fourth[axis] = Lanes::Zero();
+    /// take(piece's first cell, how many, the cells with their kernel) of all cells, side by side: it says where values
+    /// go and calls the kernel.
+    template <class T, class Take>
+    void read(const VectorField<const T>& displacement, const Take& take) const {
+        const kernels::KernelTable<T>& table = kernels::kernel_table<T>(set, accuracy);
+        // By the cell size, in arrays of their own.
+        const std::unique_ptr<T[]> memory = std::make_unique_for_overwrite<T[]>(3 * nodes);
+        const std::array<T*, 3> u = {memory.get(), memory.get() + nodes, memory.get() + 2 * nodes};
+        constexpr std::size_t kNodes = 4096;
+        workers.run((nodes + kNodes - 1) / kNodes, [&](std::size_t piece, std::size_t) {
+            const std::size_t first = piece * kNodes, count = std::min(kNodes, nodes - first);
+            const auto factor = static_cast<T>(1 / cell_size);
+            const std::ptrdiff_t stride = displacement.stride, at = static_cast<std::ptrdiff_t>(first) * stride;
+            if (stride == 3 && displacement.y == displacement.x + 1 && displacement.z == displacement.x + 2) {
+                table.from_interleaved()(displacement.x + at, factor, u[0] + first, u[1] + first, u[2] + first,
+                                         static_cast<kernels::Range>(count));
+                return;
+            }
+            const std::array<const T*, 3> from = {displacement.x, displacement.y, displacement.z};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                for (std::size_t n = 0; n < count; ++n) {
+                    u[axis][first + n] = factor * from[axis][at + static_cast<std::ptrdiff_t>(n) * stride];
+                }
+            }
+        });
+        const auto kernel = table.cell_stress(on_means, stiffening.any(), accuracy);
+        kernels::StressCells<T> common{};
+        std::copy(u.begin(), u.end(), common.displacement);
+        std::transform(springs.begin(), springs.end(), common.springs, [](double k) { return static_cast<T>(k); });
+        common.stiffening = {static_cast<T>(stiffening.quadratic), static_cast<T>(stiffening.cubic)};
+        common.crush = static_cast<T>(crush);
+        common.crush_bound = static_cast<T>(crush_bound);
+        common.bending = static_cast<T>(pattern.bending / cell_size);
+        common.coupling = static_cast<T>(pattern.coupling);
+        common.twist = static_cast<T>(pattern.twist / cell_size);
+        common.joint_twist = static_cast<T>(pattern.joint_twist / cell_size);
+        common.fourth = static_cast<T>(pattern.fourth / cell_size);
+        workers.run((cells + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
+            const std::size_t first = piece * kPiece, count = std::min(kPiece, cells - first);
+            kernels::StressCells<T> own = common;
+            std::array<std::array<T, kPiece>, 3> of_cells; // scale, volume moduli
+            for (std::size_t n = 0; n < kPiece; ++n) {
+                of_cells[0][n] = static_cast<T>(n < count ? scales[first + n] : 0);
+            }
+            for (std::size_t energy = 0; energy < 2; ++energy) {
+                of_cells[1 + energy].fill(static_cast<T>(volumes[0][energy]));
+                for (std::size_t n = 0; n < count && volumes.size() > 1; ++n) {
+                    of_cells[1 + energy][n] = static_cast<T>(volumes[tissues[first + n]][energy]);
+                }
+            }
+            own.scale = of_cells[0].data();
+            own.quadratic = of_cells[1].data();
+            own.mean_stretch = of_cells[2].data();
             for (std::size_t c = 0; c < 8; ++c) {
-                const double x = side(c, 0) / 8, y = side(c, 1), z = side(c, 2);
-                g[0][axis] += y * z / 8 * u[c][axis];
-                g[1][axis] += x * z * u[c][axis];
-                g[2][axis] += x * y * u[c][axis];
-                fourth[axis] += x * y * z * u[c][axis];
+                own.corners[c] = corners[c].data() + first;
             }
-        }
-        LaneMatrix p, q;
-        Lanes trace = Lanes::Zero();
-        for (std::size_t i = 0; i < 3; ++i) {
-            for (std::size_t j = 0; j < 3; ++j) {
-                p[i][j] = dot(g[i], {f[0][j], f[1][j], f[2][j]});
-            }
-            trace += p[i][i];
-        }
-        density += 0.5 * pattern.fourth * dot(fourth, fourth);
-        for (std::size_t i = 0; i < 3; ++i) {
-            for (std::size_t j = 0; j < 3; ++j) {
-                q[i][j] = i == j ? Lanes(pattern.twist * p[i][i] + pattern.joint_twist * trace)
-                                 : Lanes(pattern.bending * (p[i][j] + pattern.coupling * p[j][i]));
-                density += 0.5 * p[i][j] * q[i][j];
-            }
-        }
-        for (std::size_t row = 0; row < 3; ++row) {
-            for (std::size_t j = 0; j < 3; ++j) {
-                piola[row][j] += g[0][row] * q[0][j] + g[1][row] * q[1][j] + g[2][row] * q[2][j];
-            }
-        }
-    }
-
-    void add_volume(const CellVolumes& of_cells, const LaneMatrix& f, const Lanes& j, LaneMatrix& piola,
-                    Lanes& density) const {
-        Lanes slope;
-        for (int n = 0; n < kCellsTogether; ++n) {
-            const auto& [energy, kappa] = of_cells[static_cast<std::size_t>(n)];
-            const auto [value, derivative] = kappa == 0 ? std::pair{0.0, 0.0} : volume_energy_at(energy, j[n]);
-            const double depth = crush > 0 ? std::max(material.crush.ratio - 1 - j[n], 0.0) : 0;
-            density[n] += kappa * value + crush * depth * depth * depth / 3;
-            slope[n] = kappa * derivative - crush * depth * depth;
-        }
-        for (std::size_t row = 0; row < 3; ++row) {
-            const std::size_t r1 = (row + 1) % 3, r2 = (row + 2) % 3;
-            for (std::size_t column = 0; column < 3; ++column) {
-                const std::size_t c1 = (column + 1) % 3, c2 = (column + 2) % 3;
-                piola[row][column] += slope * (f[r1][c1] * f[r2][c2] - f[r1][c2] * f[r2][c1]); // of cof F
-            }
-        }
-    }
-
-    /// Of cells side by side, from the displacements of their corners.
-    void compute(const std::array<LaneVector, 8>& u, const Lanes& scale, const CellVolumes& of_cells,
-                 std::span<CellStress> out) const {
-        LaneMatrix h, f, piola; // displacement and deformation gradient
-        for (std::size_t i = 0; i < 3; ++i) {
-            for (std::size_t j = 0; j < 3; ++j) {
-                h[i][j] = piola[i][j] = Lanes::Zero();
-                for (std::size_t low = 0; low < 8; ++low) {
-                    if ((low >> j & 1) == 0) {
-                        h[i][j] += 0.25 * (u[low | std::size_t{1} << j][i] - u[low][i]);
-                    }
-                }
-                f[i][j] = h[i][j] + (i == j ? 1.0 : 0.0);
-            }
-        }
-        Lanes density = Lanes::Zero();
-        const bool on_means = material.springs == SpringForm::means;
-        for (const Direction& spring : springs) {
-            const double modulus = spring_moduli[spring.axes - 1];
-            if (modulus == 0) {
-                continue;
-            }
-            if (on_means) {
-                LaneVector change;
-                for (std::size_t i = 0; i < 3; ++i) {
-                    change[i] = spring.rest[0] * h[i][0] + spring.rest[1] * h[i][1] + spring.rest[2] * h[i][2];
-                }
-                add_spring(spring, modulus, change, piola, density);
-                continue;
-            }
-            for (const auto& [from, to] : spring.pairs) {
-                const LaneVector change = {u[to][0] - u[from][0], u[to][1] - u[from][1], u[to][2] - u[from][2]};
-                add_spring(spring, modulus / static_cast<double>(spring.pairs.size()), change, piola, density);
-            }
-        }
-        if (on_means) {
-            add_patterns(u, f, piola, density);
-        }
-        const auto minor = [&h](std::size_t i, std::size_t j) { return h[i][i] * h[j][j] - h[i][j] * h[j][i]; };
-        const Lanes determinant = h[0][0] * minor(1, 2) - h[0][1] * (h[1][0] * h[2][2] - h[1][2] * h[2][0]) +
-                                  h[0][2] * (h[1][0] * h[2][1] - h[1][1] * h[2][0]);
-        const Lanes j = h[0][0] + h[1][1] + h[2][2] + minor(0, 1) + minor(1, 2) + minor(0, 2) + determinant;
-        if (volumetric) {
-            add_volume(of_cells, f, j, piola, density);
-        }
-        constexpr std::array<std::array<std::size_t, 2>, 6> kSymmetric = {
-            {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}}};
-        for (std::size_t n = 0; n < out.size(); ++n) {
-            const auto lane = static_cast<Eigen::Index>(n);
-            CellStress& stress = out[n];
-            stress.volume_ratio = 1 + j[lane];
-            stress.energy_density = scale[lane] * density[lane];
-            for (std::size_t i = 0; i < 3; ++i) {
-                for (std::size_t column = 0; column < 3; ++column) {
-                    stress.first_piola[3 * i + column] = scale[lane] * piola[i][column][lane];
-                }
-            }
-            const double volume = std::copysign(std::max(std::abs(stress.volume_ratio), 1e-9), stress.volume_ratio);
-            for (std::size_t s = 0; s < 6; ++s) {
-                const auto [a, b] = kSymmetric[s];
-                double kirchhoff = 0, product = 0;
-                for (std::size_t m = 0; m < 3; ++m) {
-                    kirchhoff += stress.first_piola[3 * a + m] * f[b][m][lane];
-                    kirchhoff += stress.first_piola[3 * b + m] * f[a][m][lane];
-                    product += h[m][a][lane] * h[m][b][lane];
-                }
-                stress.cauchy[s] = kirchhoff / (2 * volume);
-                stress.green_strain[s] = 0.5 * (h[a][b][lane] + h[b][a][lane] + product);
-            }
-        }
+            own.in_a_row = in_a_row.data() + first;
+            take(first, count, own, kernel);
+        });
     }
 
     template <class T>
-    void read(const VectorField<const T>& displacement, std::span<CellStress> stresses) const {
-        const std::array<const T*, 3> from = {displacement.x, displacement.y, displacement.z};
-        constexpr std::size_t kPiece = 512;
-        static_assert(kPiece % kCellsTogether == 0); // so that what is computed side by side is the same for any piece
-        workers.run((cells.size() + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-            const std::size_t end = std::min((piece + 1) * kPiece, cells.size());
-            for (std::size_t first = piece * kPiece; first < end; first += kCellsTogether) {
-                const std::size_t count = std::min<std::size_t>(kCellsTogether, end - first);
-                std::array<LaneVector, 8> u;
-                Lanes scale;
-                CellVolumes own;
-                for (std::size_t n = 0; n < kCellsTogether; ++n) {
-                    const std::size_t cell = first + std::min(n, count - 1);
-                    const auto lane = static_cast<Eigen::Index>(n);
-                    scale[lane] = static_cast<double>(scales[cell]);
-                    own[n] = volumes[tissues[cell]];
-                    for (std::size_t c = 0; c < 8; ++c) {
-                        const auto at = static_cast<std::ptrdiff_t>(cells[cell][c]) * displacement.stride;
-                        for (std::size_t axis = 0; axis < 3; ++axis) {
-                            u[c][axis][lane] = static_cast<double>(from[axis][at]) / cell_size;
-                        }
-                    }
+    void read_into(const VectorField<const T>& displacement, const StressArrays<T>& into) const {
+        read(displacement, [&](std::size_t first, std::size_t count, kernels::StressCells<T>& own, auto kernel) {
+            point(own, into, first);
+            kernel(own, static_cast<kernels::Range>(count));
+        });
+    }
+
+    template <class T>
+    void read_into(const VectorField<const T>& displacement, std::span<CellStress> stresses) const {
+        read(displacement, [&](std::size_t first, std::size_t count, kernels::StressCells<T>& own, auto kernel) {
+            std::array<std::array<T, kPiece>, kernels::kStressVonMises> values;
+            for (std::size_t i = 0; i < values.size(); ++i) {
+                own.values[i] = values[i].data();
+            }
+            kernel(own, static_cast<kernels::Range>(count));
+            for (std::size_t n = 0; n < count; ++n) {
+                const auto value = [&](int i) { return static_cast<double>(values[static_cast<std::size_t>(i)][n]); };
+                CellStress& stress = stresses[first + n];
+                for (int i = 0; i < 9; ++i) {
+                    stress.first_piola[static_cast<std::size_t>(i)] = value(kernels::kStressPiola + i);
                 }
-                compute(u, scale, own, stresses.subspan(first, count));
+                for (int s = 0; s < 6; ++s) {
+                    stress.cauchy[static_cast<std::size_t>(s)] = value(kernels::kStressCauchy + s);
+                    stress.green_strain[static_cast<std::size_t>(s)] = value(kernels::kStressGreen + s);
+                }
+                stress.volume_ratio = value(kernels::kStressVolumeRatio);
+                stress.energy_density = value(kernels::kStressEnergy);
             }
         });
     }
 
-    Material material;
-    std::size_t nodes;
+    std::size_t nodes, cells;
     double cell_size;
-    std::vector<std::array<std::uint32_t, 8>> cells;
-    std::vector<float> scales;         ///< one a cell
-    std::vector<std::uint8_t> tissues; ///< likewise
-    std::vector<Direction> springs;
-    std::array<double, 3> spring_moduli{}; ///< k/h of edges, face and cube diagonals
-    PatternConstants pattern{};            ///< over h
-    double crush = 0;
-    std::vector<Volume> volumes; ///< by tissue
-    bool volumetric = false;     ///< some have an energy, or resist being crushed
+    InstructionSet set;
+    Accuracy accuracy;
+    std::array<std::vector<std::int32_t>, 8> corners;
+    std::vector<std::uint8_t> in_a_row; ///< so many cells from each on have nodes one after the other
+    std::vector<double> scales;         ///< one a cell
+    std::vector<std::uint8_t> tissues;  ///< likewise
+    std::array<double, 3> springs{};    ///< k/h of edges, face and cube diagonals
+    bool on_means = false;
+    SpringStiffening stiffening;
+    PatternConstants pattern{};
+    double crush = 0, crush_bound = 0;          ///< modulus; J - 1 below which it acts
+    std::vector<std::array<double, 2>> volumes; ///< by tissue: moduli of the quadratic energy and of mean stretch
     Workers workers;
 };
 
@@ -349,7 +226,7 @@ StressMeter& StressMeter::operator=(StressMeter&&) noexcept = default;
 StressMeter::~StressMeter() = default;
 
 std::size_t StressMeter::cell_count() const {
-    return implementation_->cells.size();
+    return implementation_->cells;
 }
 std::size_t StressMeter::node_count() const {
     return implementation_->nodes;
@@ -357,16 +234,23 @@ std::size_t StressMeter::node_count() const {
 
 template <class T>
 void StressMeter::read(VectorField<const T> displacement, std::span<CellStress> stresses) const {
-    const Implementation& i = *implementation_;
-    check_field(displacement, i.nodes, "nodes", "the body");
-    if (stresses.size() != i.cells.size()) {
+    check_field(displacement, implementation_->nodes, "nodes", "the body");
+    if (stresses.size() != implementation_->cells) {
         throw std::invalid_argument("stresses: room for " + std::to_string(stresses.size()) + ", the body has " +
-                                    std::to_string(i.cells.size()) + " cells");
+                                    std::to_string(implementation_->cells) + " cells");
     }
-    i.read(displacement, stresses);
+    implementation_->read_into(displacement, stresses);
+}
+
+template <class T>
+void StressMeter::read(VectorField<const T> displacement, const StressArrays<T>& arrays) const {
+    check_field(displacement, implementation_->nodes, "nodes", "the body");
+    implementation_->read_into(displacement, arrays);
 }
 
 template void StressMeter::read(VectorField<const float>, std::span<CellStress>) const;
 template void StressMeter::read(VectorField<const double>, std::span<CellStress>) const;
+template void StressMeter::read(VectorField<const float>, const StressArrays<float>&) const;
+template void StressMeter::read(VectorField<const double>, const StressArrays<double>&) const;
 
 } // namespace hybmss

@@ -3,6 +3,7 @@
 #include "hybmss/explicit_dynamics.hpp"
 #include "hybmss/force_plan.hpp"
 #include "hybmss/skin.hpp"
+#include "hybmss/stress.hpp"
 #include "reference/forces.hpp"
 
 #include <Eigen/Geometry>
@@ -222,6 +223,40 @@ void check_actuation(Subject<T>& subject, const PlanOptions& options, unsigned s
                                          std::abs(energy - reference::energy(reference, u).total()) / size));
 }
 
+/// The cells' stresses and energies add up to the reference's forces times the nodes' places, and to its energy.
+template <class T>
+void check_stress(Subject<T>& subject, unsigned seed) {
+    const Lattice& lattice = *subject.body.lattice;
+    std::vector<double> volumes; // m^3 of what fills each cell
+    for (std::size_t c = 0; c < lattice.cell_scales().size(); ++c) {
+        if (lattice.cell_scales()[c] > 0) {
+            volumes.push_back(std::pow(subject.body.cell_size, 3) * static_cast<double>(lattice.cell_fill(c)));
+        }
+    }
+    for (const double strain : {1e-3, 0.1}) {
+        const std::vector<Vector3d> u = random_displacements(subject, strain, seed);
+        const StressMeter meter(lattice, subject.body.material, plan_options(subject.key));
+        NodeArray<T> in(Arrangement::stride_4, u);
+        std::vector<CellStress> stresses(meter.cell_count());
+        meter.read(VectorField<const T>(in.field()), stresses);
+        Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+        double size = 0, energy = 0;
+        for (std::size_t c = 0; c < stresses.size(); ++c) {
+            const Eigen::Matrix3d piola =
+                Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(stresses[c].first_piola.data());
+            sum += volumes[c] * piola;
+            size += volumes[c] * piola.norm();
+            energy += volumes[c] * stresses[c].energy_density;
+        }
+        const std::vector<Vector3d> f = reference::forces(subject.reference, u);
+        for (std::size_t n = 0; n < f.size(); ++n) {
+            sum += f[n] * subject.reference.rest[n].transpose();
+        }
+        const double expected = reference::energy(subject.reference, u).total();
+        subject.record("stress", std::max(sum.norm() / size, std::abs(energy / expected - 1)));
+    }
+}
+
 /// A free body's forces and their moments about the origin sum to zero.
 template <class T>
 void check_totals(Subject<T>& subject, unsigned seed) {
@@ -364,6 +399,7 @@ void check_all(const TestBody& body, const MatrixOptions& options, RowTable& tab
         if (body.lattice) {
             check_skin(subject, options.seed);
             check_actuation(subject, plan_options(key), options.seed);
+            check_stress(subject, options.seed);
         }
         check_rigid_motions(subject);
         check_diagonal(subject, options.seed);

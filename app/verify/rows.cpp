@@ -36,6 +36,9 @@ constexpr Tolerance kProperties[] = {
      "all cells grown by 0.75, against a lattice of such cells at a strain of 0.1: over the sums of magnitudes of the\n"
      "    body as it was made, which cancel",
      1},
+    {"stress", 40,
+     "at strains of 0.001 and 0.1: volume times stress of all cells less the forces times the nodes' places, over the\n"
+     "    sum of its magnitudes; and the cells' energies over the body's"},
     {"rigid motion", 3,
      "translation by 128 to 1024 cells, a quarter turn, a slanted turn: against the force scale of the slanted turn"},
     {"hessian diagonal", 5,

@@ -9,6 +9,7 @@
 #include "hybmss/material.hpp"
 #include "hybmss/network.hpp"
 #include "hybmss/plan_options.hpp"
+#include "hybmss/skin.hpp"
 #include "hybmss/task_runner.hpp"
 
 #include <cstddef>
@@ -85,6 +86,9 @@ struct hybmss_body {
 namespace hybmss::c_interface {
 
 /// Throws std::invalid_argument, which says what a lattice alone has, for a network.
+/// Throws where vertices or triangles are missing.
+TriangleMesh mesh_of(const double* vertices, std::size_t vertex_count, const std::uint32_t* triangles,
+                     std::size_t triangle_count);
 const LatticeBody& lattice_of(const hybmss_body& body, const char* what);
 
 /// A ForcePlan or an ExplicitDynamics of the body.

@@ -271,6 +271,21 @@ hybmss_status hybmss_dynamics_set_obstacles(hybmss_dynamics* dynamics, const hyb
     });
 }
 
+hybmss_status hybmss_dynamics_set_skin_obstacles(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                                 const double* vertices, size_t vertex_count, const uint32_t* triangles,
+                                                 size_t triangle_count, const hybmss_obstacle* obstacles,
+                                                 size_t count) {
+    return guarded(dynamics, "dynamics", [&](auto& moving) {
+        require_own(body, moving.body.node_count());
+        const Lattice& lattice = lattice_of(*body, "a lattice has a skin").lattice;
+        const TriangleMesh mesh = mesh_of(vertices, vertex_count, triangles, triangle_count);
+        require(obstacles, "obstacles", count);
+        std::vector<Obstacle> given;
+        std::transform(obstacles, obstacles + count, std::back_inserter(given), obstacle_of);
+        moving.body.set_skin_obstacles(skin_points(lattice, mesh, moving.place->origin), given);
+    });
+}
+
 hybmss_status hybmss_dynamics_move_obstacles(hybmss_dynamics* dynamics, const hybmss_pose* poses, size_t count) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
         require(poses, "poses", count);

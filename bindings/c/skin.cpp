@@ -8,6 +8,19 @@
 #include <variant>
 
 namespace hybmss::c_interface {
+
+TriangleMesh mesh_of(const double* vertices, std::size_t vertex_count, const std::uint32_t* triangles,
+                     std::size_t triangle_count) {
+    require_entries(vertices, "vertices", vertex_count, 3 * sizeof(double));
+    require_entries(triangles, "triangles", triangle_count, 3 * sizeof(uint32_t));
+    TriangleMesh mesh;
+    mesh.vertices.resize(vertex_count);
+    mesh.triangles.resize(triangle_count);
+    std::copy_n(vertices, 3 * vertex_count, mesh.vertices.empty() ? nullptr : mesh.vertices[0].data());
+    std::copy_n(triangles, 3 * triangle_count, mesh.triangles.empty() ? nullptr : mesh.triangles[0].data());
+    return mesh;
+}
+
 namespace {
 
 template <class T>
@@ -81,15 +94,9 @@ hybmss_status hybmss_skin_create(const hybmss_body* body, hybmss_precision preci
         require(skin, "skin");
         require(body, "body");
         const bool wide = is_double(precision, "precision");
-        require_entries(vertices, "vertices", vertex_count, 3 * sizeof(double));
-        require_entries(triangles, "triangles", triangle_count, 3 * sizeof(uint32_t));
+        const TriangleMesh mesh = mesh_of(vertices, vertex_count, triangles, triangle_count);
         const Lattice& lattice = lattice_of(*body, "a lattice has a skin").lattice;
         const GivenOptions given(options);
-        TriangleMesh mesh;
-        mesh.vertices.resize(vertex_count);
-        mesh.triangles.resize(triangle_count);
-        std::copy_n(vertices, 3 * vertex_count, mesh.vertices.empty() ? nullptr : mesh.vertices[0].data());
-        std::copy_n(triangles, 3 * triangle_count, mesh.triangles.empty() ? nullptr : mesh.triangles[0].data());
         auto made = std::make_unique<hybmss_skin>();
         if (wide) {
             made->held = std::make_unique<const Embedded<double>>(Skin<double>(lattice, mesh, given.options));

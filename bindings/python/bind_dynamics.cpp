@@ -1,6 +1,7 @@
 #include "bindings.hpp"
 
 #include "hybmss/explicit_dynamics.hpp"
+#include "hybmss/skin.hpp"
 #include "hybmss/world.hpp"
 
 #include <pybind11/stl.h>
@@ -208,12 +209,20 @@ void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
     obstacle.def_readwrite("stiffness", &Obstacle::stiffness, "1/s^2: per kg of a node; 0: by the body's own.");
     type.def(
         "set_obstacles",
-        [](Dynamics& dynamics, const Lattice& lattice, const std::vector<Obstacle>& obstacles) {
-            dynamics.visit(
-                [&](auto& body) { body.set_obstacles(surface_nodes(lattice, dynamics.origin()), obstacles); });
+        [](Dynamics& dynamics, const Lattice& lattice, const std::vector<Obstacle>& obstacles,
+           const std::optional<std::pair<std::vector<Vector3>, std::vector<std::array<std::uint32_t, 3>>>>& skin) {
+            dynamics.visit([&](auto& body) {
+                if (skin) {
+                    const TriangleMesh mesh = {skin->first, skin->second};
+                    body.set_skin_obstacles(skin_points(lattice, mesh, dynamics.origin()), obstacles);
+                } else {
+                    body.set_obstacles(surface_nodes(lattice, dynamics.origin()), obstacles);
+                }
+            });
         },
-        py::arg("lattice"), py::arg("obstacles"),
-        "Replaces the obstacles that the surface of `lattice`, the body's own, touches.");
+        py::arg("lattice"), py::arg("obstacles"), py::kw_only(), py::arg("skin") = py::none(),
+        "Replaces the obstacles that the surface of `lattice`, the body's own, touches: its nodes, or the points of a "
+        "skin,\nthe vertices and triangles of a mesh in it as boundary_mesh() gives them.");
     type.def(
         "move_obstacles",
         [](Dynamics& dynamics, const std::vector<Obstacle>& obstacles) {

@@ -8,17 +8,6 @@
 
 namespace hybmss {
 
-template <class T>
-RigidPose Contact<T>::pose_after(std::size_t obstacle, double time) const {
-    RigidPose pose = obstacles_[obstacle].pose;
-    if (time > 0) {
-        pose.position = plus(pose.position, time, pose.velocity);
-        pose.rotation = turned(pose.rotation, {time * pose.angular_velocity[0], time * pose.angular_velocity[1],
-                                               time * pose.angular_velocity[2]});
-    }
-    return pose;
-}
-
 // Inlined: what comes back through memory is read before it is there, which takes as long as all the rest.
 template <class T>
 [[gnu::always_inline]] inline Point Contact<T>::place(const RigidPose& pose, const Node& node,
@@ -41,15 +30,6 @@ template <class T>
     }
     return w;
 }
-
-namespace {
-
-/// m/s, in space, of the obstacle's point that is at `place` in its axes.
-Point velocity_at(const RigidPose& pose, const Point& place) {
-    return plus(pose.velocity, 1, cross(pose.angular_velocity, to_space(pose.rotation, place)));
-}
-
-} // namespace
 
 /// Work and energy by the trapezoidal rule, as the step itself conserves them: an impulse does the work of its force
 /// times the mean of the velocities before and after the whole step. What it takes from the body and the spring does

@@ -12,6 +12,17 @@
 
 namespace hybmss {
 
+/// What obstacles do to a body: one of these at most.
+template <class T>
+class ObstacleEffect : public StepEffect<T> {
+public:
+    /// One pose an obstacle. Throws std::invalid_argument for another count and numbers that are not finite.
+    virtual void move(std::span<const RigidPose> poses) = 0;
+    virtual std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const = 0;
+
+    std::string_view name() const override { return "contact"; }
+};
+
 /// Contact of surface nodes with rigid obstacles, and Coulomb friction, by impulses at the end of a step. A node of
 /// mass m that would end it at the depth p with the velocity v, as seen from the obstacle, n being the way out, gets
 ///
@@ -30,21 +41,19 @@ namespace hybmss {
 /// Nodes are kept in blocks of neighbours. A block far away is not looked at before it can have come near: see
 /// step_block().
 template <class T>
-class Contact final : public StepEffect<T> {
+class Contact final : public ObstacleEffect<T> {
 public:
     /// `wave_speed`: m/s, of the body. Throws std::invalid_argument for what the structs do not allow.
     Contact(const Body<T>& body, double wave_speed, std::span<const SurfaceNode> surface,
             std::span<const Obstacle> obstacles);
 
-    /// One pose an obstacle. Throws std::invalid_argument for another count and numbers that are not finite.
-    void move(std::span<const RigidPose> poses);
-    std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const;
+    void move(std::span<const RigidPose> poses) override;
+    std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const override;
     /// All nodes around the removed cells belong to the surface now, if they have mass. In time proportional to them;
     /// the first call takes a pass over the surface.
     void body_was_cut(const Body<T>& body, const Lattice& lattice, const NodeNumbers& numbers,
                       std::span<const CutNode> nodes) override;
 
-    std::string_view name() const override { return "contact"; }
     std::size_t bytes() const override;
     double energy(const Body<T>& body, State<T>& state) const override;
     double dissipated(const Body<T>& body, State<T>& state) const override;
@@ -108,7 +117,9 @@ private:
     bool has_friction(std::size_t obstacle) const { return obstacles_[obstacle].friction > 0; }
     void number_nodes();
     void node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest);
-    RigidPose pose_after(std::size_t obstacle, double time) const;
+    RigidPose pose_after(std::size_t obstacle, double time) const {
+        return hybmss::pose_after(obstacles_[obstacle].pose, time);
+    }
     /// In the obstacle's axes.
     Point place(const RigidPose& pose, const Node& node, const State<T>& state) const;
     /// m/s, in space.

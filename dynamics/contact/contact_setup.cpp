@@ -364,13 +364,13 @@ void Contact<T>::set_memory(std::span<const double> memory) {
 template <class T>
 void ExplicitDynamics<T>::set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles) {
     Implementation& i = *implementation_;
-    i.template replace<Contact<T>>(
+    i.template replace<ObstacleEffect<T>>(
         obstacles.empty() ? nullptr : std::make_unique<Contact<T>>(*i.body, i.wave_speed, surface, obstacles));
 }
 
 template <class T>
 void ExplicitDynamics<T>::move_obstacles(std::span<const RigidPose> poses) {
-    if (auto* const contact = implementation_->template find<Contact<T>>()) {
+    if (auto* const contact = implementation_->template find<ObstacleEffect<T>>()) {
         contact->move(poses);
     } else if (!poses.empty()) {
         throw std::invalid_argument(std::to_string(poses.size()) + " poses given: the body has no obstacles");
@@ -380,7 +380,7 @@ void ExplicitDynamics<T>::move_obstacles(std::span<const RigidPose> poses) {
 template <class T>
 std::vector<ObstacleReading> ExplicitDynamics<T>::obstacle_readings() const {
     const Implementation& i = *implementation_;
-    const auto* const contact = i.template find<Contact<T>>();
+    const auto* const contact = i.template find<ObstacleEffect<T>>();
     return contact ? i.at_whole_step([&] { return contact->readings(*i.body, i.state); })
                    : std::vector<ObstacleReading>();
 }
@@ -390,7 +390,7 @@ void ExplicitDynamics<T>::get_contact_forces(VectorField<T> out) const {
     const Implementation& i = *implementation_;
     NodeField<T> force;
     Body<T>::allocate_like(i.state.velocity, force);
-    if (const auto* const contact = i.template find<Contact<T>>()) {
+    if (const auto* const contact = i.template find<ObstacleEffect<T>>()) {
         i.at_whole_step([&] { contact->add_forces(*i.body, i.state, force); });
     }
     i.body->read(force, 1, out);

@@ -63,6 +63,20 @@ inline Matrix turned(const Matrix& r, const Point& angle) {
     return out;
 }
 
+/// Where an obstacle's velocities bring it.
+inline RigidPose pose_after(RigidPose pose, double time) {
+    if (time > 0) {
+        pose.position = plus(pose.position, time, pose.velocity);
+        pose.rotation = turned(pose.rotation, {time * pose.angular_velocity[0], time * pose.angular_velocity[1],
+                                               time * pose.angular_velocity[2]});
+    }
+    return pose;
+}
+/// m/s, in space, of the obstacle's point that is at `place` in its axes.
+inline Point velocity_at(const RigidPose& pose, const Point& place) {
+    return plus(pose.velocity, 1, cross(pose.angular_velocity, to_space(pose.rotation, place)));
+}
+
 /// The pose with a rotation: one up to what engines in float leave of it is the rotation nearby. Throws
 /// std::invalid_argument for what is not finite or no rotation; `whose` it is.
 RigidPose rigid(RigidPose pose, const std::string& whose);

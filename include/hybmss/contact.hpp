@@ -28,6 +28,13 @@ HYBMSS_EXPORT std::vector<SurfaceNode> surface_nodes(const Lattice& lattice,
 /// The nodes that belong to fewer than eight cells, ascending; of a network without cells, all.
 HYBMSS_EXPORT std::vector<SurfaceNode> surface_nodes(const Network& network);
 
+/// A point of a body's skin that may touch an obstacle: it goes with eight nodes by their weights, whose sum is 1.
+struct SkinPoint {
+    std::array<std::uint32_t, 8> nodes = {};
+    std::array<double, 8> weights = {};
+    std::array<double, 3> rest_position = {0, 0, 0}; ///< m
+};
+
 /// The half-space behind a plane through the obstacle's position.
 struct PlaneShape {
     std::array<double, 3> normal = {0, 1, 0}; ///< points to where the body is; of any length above 0

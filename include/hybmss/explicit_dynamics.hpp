@@ -154,6 +154,14 @@ public:
     ///     dynamics.set_obstacles(surface_nodes(lattice), std::array{Obstacle{.shape = PlaneShape{}, .friction =
     ///     0.5}});
     void set_obstacles(std::span<const SurfaceNode> surface, std::span<const Obstacle> obstacles);
+    /// Likewise obstacles that touch the body's skin: depth is that of its points, and a point's force acts on its
+    /// nodes by their weights, so that momentum is kept to rounding. A point has its part of its nodes' masses, so that
+    /// the body is as stiff to touch with many points as with few. The same bits for any number of threads. They take
+    /// the place of all obstacles before, and the other way round. Throws for weights whose sum is not 1, too. Points
+    /// of cells that have been removed touch nothing, nor do the faces that a cut lays bare.
+    ///
+    ///     dynamics.set_skin_obstacles(skin_points(lattice, smooth_boundary_mesh(lattice)), obstacles);
+    void set_skin_obstacles(std::span<const SkinPoint> skin, std::span<const Obstacle> obstacles);
     /// Sets where the obstacles are now, one pose each; in the steps that follow each goes on by its velocities. Throws
     /// std::invalid_argument for another count and for poses that are not finite.
     void move_obstacles(std::span<const RigidPose> poses);

@@ -455,6 +455,12 @@ typedef struct hybmss_obstacle_reading {
  * surface touches, after cuts with the nodes that they laid bare. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_obstacles(hybmss_dynamics* dynamics, const hybmss_body* body,
                                                           const hybmss_obstacle* obstacles, size_t count);
+/* Likewise, touched by the points of a skin in the body, a lattice: ExplicitDynamics::set_skin_obstacles(); the mesh as
+ * for hybmss_skin_create(). */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_skin_obstacles(hybmss_dynamics* dynamics, const hybmss_body* body,
+                                                               const double* vertices, size_t vertex_count,
+                                                               const uint32_t* triangles, size_t triangle_count,
+                                                               const hybmss_obstacle* obstacles, size_t count);
 /* Sets where the obstacles are now, one pose each; in the steps that follow they go on by their velocities. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_move_obstacles(hybmss_dynamics* dynamics, const hybmss_pose* poses,
                                                            size_t count);

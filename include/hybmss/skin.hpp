@@ -3,6 +3,7 @@
 /// \file
 /// Triangles that move with a lattice: what is drawn of a body, or touched.
 
+#include "hybmss/contact.hpp"
 #include "hybmss/export.h"
 #include "hybmss/lattice.hpp"
 #include "hybmss/plan_options.hpp"
@@ -67,6 +68,12 @@ private:
     struct HYBMSS_LOCAL Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
+
+/// The points of a mesh in a lattice that obstacles touch (ExplicitDynamics::set_skin_obstacles): its vertices, and
+/// where edges are longer than 3/2 of a cell, points between. Each moves as a vertex of Skin does.
+/// `origin`: the low corner of the grid, m. Throws std::invalid_argument as Skin does.
+HYBMSS_EXPORT std::vector<SkinPoint> skin_points(const Lattice& lattice, const TriangleMesh& mesh,
+                                                 const std::array<double, 3>& origin = {0, 0, 0});
 
 extern template class Skin<float>;
 extern template class Skin<double>;

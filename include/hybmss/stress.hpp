@@ -36,11 +36,21 @@ struct CellStress {
     HYBMSS_EXPORT double von_mises() const;
 };
 
+/// Where values of cells go, a number each, in the caller's memory; null: they are not wanted, and not written.
+/// Components and units are those of CellStress.
+template <class T>
+struct StressArrays {
+    std::array<T*, 9> first_piola{};
+    std::array<T*, 6> cauchy{}, green_strain{};
+    T *volume_ratio = nullptr, *energy_density = nullptr, *von_mises = nullptr, *pressure = nullptr;
+};
+
 /// Reads the stresses of a body made of a lattice and a material.
 class HYBMSS_EXPORT StressMeter {
 public:
     /// Cells are those of a scale above zero in index order, nodes numbered as Lattice::nodes() lists them. Of the
-    /// options the threads and the task runner. Throws std::invalid_argument for a material that is not allowed.
+    /// options threads, task runner, instruction set and accuracy. Throws std::invalid_argument for a material that is
+    /// not allowed.
     StressMeter(const Lattice& lattice, const Material& material, const PlanOptions& options = {});
     /// The same of a body that has lost cells since its `node_count` nodes were numbered: `cells` has for each of those
     /// left the nodes at its corners (bit 0 of a corner's number: high side in x, bit 1: y, bit 2: z).
@@ -54,9 +64,13 @@ public:
     std::size_t node_count() const;
 
     /// At displacements u = x - X in m, one a node. Throws std::invalid_argument unless there are node_count() of them
-    /// and cell_count() stresses. Computed in double; the same bits for any number of threads.
+    /// and cell_count() stresses. Computed in T by a kernel of the instruction set; the same bits for any number of
+    /// threads, and at `exact` on every set. Takes 3 T a node of memory for the while.
     template <class T>
     void read(VectorField<const T> displacement, std::span<CellStress> stresses) const;
+    /// Likewise what is wanted alone, into arrays of cell_count() numbers.
+    template <class T>
+    void read(VectorField<const T> displacement, const StressArrays<T>& arrays) const;
 
 private:
     struct HYBMSS_LOCAL Implementation;
@@ -65,5 +79,7 @@ private:
 
 extern template HYBMSS_EXPORT void StressMeter::read(VectorField<const float>, std::span<CellStress>) const;
 extern template HYBMSS_EXPORT void StressMeter::read(VectorField<const double>, std::span<CellStress>) const;
+extern template HYBMSS_EXPORT void StressMeter::read(VectorField<const float>, const StressArrays<float>&) const;
+extern template HYBMSS_EXPORT void StressMeter::read(VectorField<const double>, const StressArrays<double>&) const;
 
 } // namespace hybmss

@@ -160,6 +160,13 @@ void add_tumour(Scene& scene) {
 }
 
 /// A rough floor that the body's lower face touches.
+std::string contact_of_skin(const Simulation& s) {
+    const Scene& scene = s.scene();
+    return printed("points of %s with %zu [[obstacle]]",
+                   scene.body.surface.empty() ? "the cells' smooth boundary" : scene.body.surface.c_str(),
+                   scene.obstacles.size());
+}
+
 void add_ground(Scene& scene) {
     SceneObstacle ground;
     ground.shape = PlaneShape{{0, 1, 0}};
@@ -289,8 +296,22 @@ constexpr EffectRule kEffects[] = {
      [](Scene& s) { s.cuts.clear(); }},
     {"contact", "`[[obstacle]]`", "a pass over the surface nodes that may touch, after the sweep",
      "a loop over surface nodes", "72 bytes a surface node; 32 more by each obstacle with friction", true,
-     [](const Scene& s) { return !s.obstacles.empty(); }, contact,
-     [](const Scene&) { return std::string("no [[obstacle]]"); }, add_ground, [](Scene& s) { s.obstacles.clear(); }},
+     [](const Scene& s) { return !s.obstacles.empty() && !s.body.skin_touches; }, contact,
+     [](const Scene& s) { return std::string(s.obstacles.empty() ? "no [[obstacle]]" : "the skin touches"); },
+     add_ground, [](Scene& s) { s.obstacles.clear(); }},
+    {"contact of the skin", "`[[obstacle]]` and `body.contact` = \"skin\"",
+     "a pass over the skin's points that may touch, after the sweep", "a loop over points",
+     "440 bytes a point; 56 more by each obstacle", false,
+     [](const Scene& s) { return !s.obstacles.empty() && s.body.skin_touches; }, contact_of_skin,
+     [](const Scene&) { return std::string("no [[obstacle]], or body.contact = \"nodes\""); },
+     [](Scene& s) {
+         add_ground(s);
+         s.body.skin_touches = true;
+     },
+     [](Scene& s) {
+         s.obstacles.clear();
+         s.body.skin_touches = false;
+     }},
     {"fixed nodes", "`[[fix]]`", "a pass over the held components", "a loop over components",
      "32 bytes a component (float: 24)", true, [](const Scene& s) { return !s.fixes.empty(); },
      [](const Simulation& s) {

@@ -1,5 +1,7 @@
 #include "simulation/run/simulation_implementation.hpp"
 
+#include "hybmss/skin.hpp"
+
 #include "layouts/messages.hpp"
 #include "plan/bodies/layout_table.hpp"
 #include "simulation/run/memory.hpp"
@@ -237,7 +239,19 @@ StepParameters Simulation::Implementation::step_parameters() const {
 }
 
 void Simulation::Implementation::set_obstacles() {
-    if (!obstacles.empty()) {
+    if (!obstacles.empty() && scene.body.skin_touches) {
+        bool moves = false;
+        on_explicit([&](auto& d) {
+            const TriangleMesh mesh =
+                scene.body.mesh.triangles.empty() ? smooth_boundary_mesh(lattice) : scene.body.mesh;
+            d.set_skin_obstacles(skin_points(lattice, mesh, scene.body.origin), obstacles.at_start());
+            moves = true;
+        });
+        if (!moves) {
+            throw scene_error(scene, "body.contact",
+                              "a skin touches obstacles in motions by symplectic-euler or leapfrog; others take nodes");
+        }
+    } else if (!obstacles.empty()) {
         const std::vector<SurfaceNode> surface = surface_nodes(lattice, scene.body.origin);
         std::visit([&](auto& d) { d.set_obstacles(surface, obstacles.at_start()); }, dynamics);
     }

@@ -223,8 +223,9 @@ void read_surface_body(Scene& scene, const std::filesystem::path& path) {
     body.surface = scene.body.surface;
     body.place = scene.body.place;
     body.fractions = fractions;
+    body.skin_touches = scene.body.skin_touches;
     body.surface_volume = std::abs(enclosed_volume(surface));
-    if (scene.output.skin != SkinFile::none ||
+    if (scene.output.skin != SkinFile::none || body.skin_touches ||
         std::any_of(scene.loads.begin(), scene.loads.end(),
                     [](const Load& load) { return load.kind == LoadKind::traction; })) { // else it is of no use
         for (Vector3& vertex : surface.vertices) {

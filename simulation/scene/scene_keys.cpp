@@ -65,6 +65,10 @@ constexpr Key<SceneBody> kBodyKeys[] = {
      "that of a file with spacings, the least of voxels that are no cubes; free for a `size` with `solver.accuracy`; "
      "else required",
      "edge of a cell", field<NumberFormat, Unless0<&SceneBody::cell_size>>},
+    {"contact", "", words("\"nodes\" or \"skin\""), "\"nodes\"",
+     "what obstacles touch: the nodes of the cells' boundary, or points of the body's `surface`, or of the smooth "
+     "boundary of its cells; in motions by symplectic-euler or leapfrog",
+     field<ChoiceFormat, Unless0<&SceneBody::skin_touches>>},
     {"place", "",
      words("{translate = [x, y, z], rotate = {axis = \"x\", \"y\" or \"z\", degrees = angle}}, or one of both"), "none",
      "where the body begins", field<TableFormat<kPlace>, Placed>},

@@ -690,6 +690,8 @@ static void obstacles_and_cuts(void) {
     enum { VERTICES = 2 * (4 * 5 + 4 * 6 + 5 * 6) - 4 * (4 + 5 + 6) + 8, TRIANGLES = 4 * (3 * 4 + 3 * 5 + 4 * 5) };
     hybmss_body *body = box(), *less = NULL, *other = NULL;
     hybmss_dynamics* dynamics = NULL;
+    const double skin_vertices[9] = {1, 1, 0, 1.5, 1, 0, 1, 1.5, 0};
+    const uint32_t skin_triangle[3] = {0, 2, 1};
     hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}},
                              0.5,          0,         0};
     hybmss_obstacle_reading reading;
@@ -755,6 +757,17 @@ static void obstacles_and_cuts(void) {
     OK(hybmss_dynamics_step(dynamics, &parameters, 1));
     OK(hybmss_dynamics_obstacle_readings(dynamics, &reading, 1));
     EXPECT(reading.nodes == 0);
+
+    /* A skin of one triangle touches with its three points. */
+    floor.pose.position[2] = 10;
+    OK(hybmss_dynamics_set_skin_obstacles(dynamics, body, skin_vertices, 3, skin_triangle, 1, &floor, 1));
+    OK(hybmss_dynamics_obstacle_readings(dynamics, &reading, 1));
+    EXPECT(reading.nodes == 3 && reading.depth > 5);
+    REFUSED(hybmss_dynamics_set_skin_obstacles(dynamics, body, NULL, 3, skin_triangle, 1, &floor, 1),
+            "vertices is null");
+    REFUSED(hybmss_dynamics_set_skin_obstacles(dynamics, less, skin_vertices, 3, skin_triangle, 1, &floor, 1),
+            "it must be the body");
+    floor.pose.position[2] = -10;
 
     REFUSED(hybmss_dynamics_set_obstacles(dynamics, less, &floor, 1), "it must be the body");
     REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, NULL, 1), "obstacles is null");

@@ -213,6 +213,80 @@ TEST(Stress, IsTheSameForAnyThreadsAndCloseInFloat) {
     }
 }
 
+/// Of a body with rows that are whole, short and torn, in T, and as arrays; largest differences by the largest of each.
+template <class T>
+double worst_difference(const StressMeter& meter, const std::vector<Vector3d>& u,
+                        const std::vector<CellStress>& right) {
+    std::vector<T> separate(3 * u.size());
+    for (std::size_t n = 0; n < u.size(); ++n) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            separate[a * u.size() + n] = static_cast<T>(u[n][static_cast<Eigen::Index>(a)]);
+        }
+    }
+    const std::size_t count = right.size();
+    const auto field = VectorField<const T>::soa(separate.data(), separate.data() + u.size(),
+                                                 separate.data() + 2 * u.size(), u.size());
+    std::vector<CellStress> read(count);
+    meter.read(field, read);
+    std::vector<T> mises(count + 1, T(-7)), shear(count + 1, T(-7)), pressure(count + 1, T(-7));
+    StressArrays<T> arrays;
+    arrays.von_mises = mises.data();
+    arrays.cauchy[3] = shear.data();
+    arrays.pressure = pressure.data();
+    meter.read(field, arrays);
+    EXPECT_EQ(mises[count], T(-7)); // the caller's own
+    EXPECT_EQ(shear[count], T(-7));
+    double worst = 0, stress = 0, density = 0;
+    for (const CellStress& cell : right) {
+        stress = std::max(stress, cell.von_mises() + std::abs(cell.pressure()));
+        density = std::max(density, cell.energy_density);
+    }
+    for (std::size_t n = 0; n < count; ++n) {
+        EXPECT_EQ(static_cast<double>(shear[n]), read[n].cauchy[3]);
+        for (std::size_t i = 0; i < 9; ++i) {
+            worst = std::max(worst, std::abs(read[n].first_piola[i] - right[n].first_piola[i]) / stress);
+        }
+        for (std::size_t s = 0; s < 6; ++s) {
+            worst = std::max({worst, std::abs(read[n].cauchy[s] - right[n].cauchy[s]) / stress,
+                              std::abs(read[n].green_strain[s] - right[n].green_strain[s])});
+        }
+        worst = std::max({worst, std::abs(read[n].volume_ratio - right[n].volume_ratio),
+                          std::abs(read[n].energy_density - right[n].energy_density) / density,
+                          std::abs(static_cast<double>(mises[n]) - right[n].von_mises()) / stress,
+                          std::abs(static_cast<double>(pressure[n]) - right[n].pressure()) / stress});
+    }
+    return worst;
+}
+
+TEST(Stress, IsTheSameOnAllInstructionSetsAndAsArrays) {
+    std::vector<float> scales(21 * 5 * 4);
+    for (std::size_t c = 0; c < scales.size(); ++c) {
+        scales[c] = c % 41 == 7 || c % 13 == 12 ? 0.0f : 0.5f + static_cast<float>(c % 5);
+    }
+    const Lattice lattice = Lattice::from_cells(21, 5, 4, 0.2, scales);
+    const std::vector<Vector3d> u = random_displacements(lattice.nodes().size(), 0.02, 3);
+    for (const Case& c : cases()) {
+        PlanOptions exact;
+        exact.accuracy = Accuracy::exact;
+        exact.instruction_set = InstructionSet::sse2;
+        const std::vector<CellStress> right = read(StressMeter(lattice, c.material, exact), u);
+        for (const InstructionSet set : available_instruction_sets()) {
+            SCOPED_TRACE(std::string(c.name) + " " + std::string(name(set)));
+            PlanOptions options;
+            options.instruction_set = exact.instruction_set = set;
+            const StressMeter meter(lattice, c.material, options);
+            EXPECT_LT(worst_difference<double>(meter, u, right), 1e-13);
+            EXPECT_LT(worst_difference<float>(meter, u, right), 4e-5);
+            const std::vector<CellStress> same = read(StressMeter(lattice, c.material, exact), u);
+            for (std::size_t n = 0; n < right.size(); ++n) {
+                ASSERT_EQ(same[n].first_piola, right[n].first_piola) << n;
+                ASSERT_EQ(same[n].cauchy, right[n].cauchy) << n;
+                ASSERT_EQ(same[n].energy_density, right[n].energy_density) << n;
+            }
+        }
+    }
+}
+
 TEST(Stress, OfABodyThatHasLostCellsIsOfThoseLeft) {
     Lattice lattice = Lattice::box(3, 2, 2, 0.1);
     const Material material;

@@ -65,18 +65,40 @@ TEST(SceneEnergyBalance, closes_with_loads) {
     EXPECT_GT(b.mass_damping, 0.1 * b.loads);
 }
 
-/// Falls, bounces, is pushed along by a box and slides.
+/// Falls, bounces, is pushed along by a box and slides; by its nodes, and by its skin.
 TEST(SceneEnergyBalance, closes_with_contact_friction_and_a_moving_box) {
-    const EnergyBalance b = balance_of(
-        kCube + kMetered +
-        "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 1\n"
-        "[[obstacle]]\nname = \"floor\"\nplane = {point = [0, -0.05, 0], normal = [0, 1, 0]}\nfriction = 0.4\n"
-        "[[obstacle]]\nname = \"box\"\nbox = [[-0.6, -0.04, -0.2], [-0.05, 0.3, 0.6]]\nfriction = 0.2\n"
-        "translate = [0.5, 0, 0]\nover = 0.6\n[solver]\nduration = 0.8\n");
-    EXPECT_GT(b.obstacles, 1);
-    EXPECT_GT(b.gravity, 1);
-    EXPECT_GT(b.effects_dissipated, 1);
-    EXPECT_GT(b.mass_damping, 0.01);
+    double obstacles = 0;
+    for (const std::string contact : {"nodes", "skin"}) {
+        SCOPED_TRACE(contact);
+        const EnergyBalance b = balance_of(
+            "[body]\ncontact = \"" + contact + "\"\n" + kCube.substr(kCube.find("cells")) + kMetered +
+            "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 1\n"
+            "[[obstacle]]\nname = \"floor\"\nplane = {point = [0, -0.05, 0], normal = [0, 1, 0]}\nfriction = 0.4\n"
+            "[[obstacle]]\nname = \"box\"\nbox = [[-0.6, -0.04, -0.2], [-0.05, 0.3, 0.6]]\nfriction = 0.2\n"
+            "translate = [0.5, 0, 0]\nover = 0.6\n[solver]\nduration = 0.8\n");
+        EXPECT_GT(b.obstacles, 1);
+        EXPECT_GT(b.gravity, 1);
+        EXPECT_GT(b.effects_dissipated, 1);
+        EXPECT_GT(b.mass_damping, 0.01);
+        EXPECT_NE(b.obstacles, obstacles); // the key is heard
+        obstacles = b.obstacles;
+    }
+}
+
+TEST(SceneContact, of_skins_is_refused_where_nothing_moves) {
+    const Scene scene = parse_scene("[body]\ncontact = \"skin\"\n" + kCube.substr(kCube.find("cells")) +
+                                        "[[fix]]\nwhere = \"x-min\"\n[[obstacle]]\n"
+                                        "plane = {point = [0, -0.05, 0], normal = [0, 1, 0]}\n"
+                                        "[solver]\nmethod = \"static\"\n",
+                                    "s.toml");
+    std::string message;
+    try {
+        Simulation simulation(scene);
+    } catch (const SceneError& error) {
+        message = error.what();
+    }
+    EXPECT_EQ(message.rfind("s.toml:2:11: body.contact = \"skin\": ", 0), 0u) << message;
+    EXPECT_NE(message.find("leapfrog"), std::string::npos) << message;
 }
 
 /// A ball of voxels would do as well; a cube on a turntable feels the torque.

@@ -317,7 +317,7 @@ def test_world(dtype):
     rod = hybmss.Obstacle.capsule((0.5, 0, 0), 0.2, position=(0.1, -0.1, 0.1))
     world[lower].set_obstacles(cube, [rod])
     assert world[lower].obstacle_readings[0]["depth"] == pytest.approx(0.1)
-    world[lower].set_obstacles(cube, [ground])
+    world[lower].set_obstacles(cube, [ground], skin=hybmss.boundary_mesh(cube))
     world.touch([(lower, upper)], friction=0.5)
     step = 0.5 * world.critical_time_step
     world.step(step, 6000, acceleration=(0, -10, 0), mass_damping=20)

@@ -96,6 +96,7 @@ struct SceneBody {
                 surface = {};   ///< the file that the labels come from, as the scene names it; "" where there is none
     std::string resampled = {}; ///< what became of voxels that are no cubes; "" of others
     TriangleMesh mesh = {}; ///< of that surface, from the grid's low corner on; none unless a skin or a traction asks
+    bool skin_touches = false; ///< obstacles: the body's surface, or the smooth boundary of its cells; else its nodes
     Place place = {};
     bool operator==(const SceneBody&) const = default;
 };
