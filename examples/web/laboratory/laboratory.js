@@ -348,10 +348,7 @@ function drawTrail() {
 
 async function begin() {
   try {
-    // Threads where the server isolates the page (examples/web/serve.mjs), though no more than a body of this size takes.
-    const threads = globalThis.crossOriginIsolated ? Math.min(navigator.hardwareConcurrency, 4) : 1;
-    await load({ threads });
-    find("threads").textContent = threads === 1 ? "one thread" : `${threads} threads`;
+    await load(); // one thread: what the page measures is then the work of a core
     stage = new Stage(find("canvas"));
     choices();
     panel.inert = find("reset").disabled = false;
