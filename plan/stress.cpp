@@ -16,8 +16,8 @@ namespace hybmss {
 namespace {
 
 /// So many cells are computed at a time: what they are made of is put down once, and stays in the caches.
-constexpr std::size_t kPiece = 256;
-static_assert(kPiece % kernels::kMaxWidth == 0); // so that pieces end where vectors do
+constexpr std::size_t kCellsAPiece = 256;
+static_assert(kCellsAPiece % kernels::kMaxWidth == 0); // so that pieces end where vectors do
 
 template <class T>
 void point(kernels::StressCells<T>& cells, const StressArrays<T>& into, std::size_t first) {
@@ -131,11 +131,11 @@ struct StressMeter::Implementation {
         common.twist = static_cast<T>(pattern.twist / cell_size);
         common.joint_twist = static_cast<T>(pattern.joint_twist / cell_size);
         common.fourth = static_cast<T>(pattern.fourth / cell_size);
-        workers.run((cells + kPiece - 1) / kPiece, [&](std::size_t piece, std::size_t) {
-            const std::size_t first = piece * kPiece, count = std::min(kPiece, cells - first);
+        workers.run((cells + kCellsAPiece - 1) / kCellsAPiece, [&](std::size_t piece, std::size_t) {
+            const std::size_t first = piece * kCellsAPiece, count = std::min(kCellsAPiece, cells - first);
             kernels::StressCells<T> own = common;
-            std::array<std::array<T, kPiece>, 3> of_cells; // scale, volume moduli
-            for (std::size_t n = 0; n < kPiece; ++n) {
+            std::array<std::array<T, kCellsAPiece>, 3> of_cells; // scale, volume moduli
+            for (std::size_t n = 0; n < kCellsAPiece; ++n) {
                 of_cells[0][n] = static_cast<T>(n < count ? scales[first + n] : 0);
             }
             for (std::size_t energy = 0; energy < 2; ++energy) {
@@ -166,7 +166,7 @@ struct StressMeter::Implementation {
     template <class T>
     void read_into(const VectorField<const T>& displacement, std::span<CellStress> stresses) const {
         read(displacement, [&](std::size_t first, std::size_t count, kernels::StressCells<T>& own, auto kernel) {
-            std::array<std::array<T, kPiece>, kernels::kStressVonMises> values;
+            std::array<std::array<T, kCellsAPiece>, kernels::kStressVonMises> values;
             for (std::size_t i = 0; i < values.size(); ++i) {
                 own.values[i] = values[i].data();
             }
