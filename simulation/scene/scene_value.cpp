@@ -3,6 +3,7 @@
 #include "layouts/messages.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <bit>
 
 namespace hybmss::scene_format {
@@ -135,11 +136,12 @@ bool has_rows(const SceneValue& value) {
 template <std::size_t N>
 void check_rows(const Check& check, const std::vector<std::array<double, N>>& table) {
     for (std::size_t r = 0; r < table.size(); ++r) {
-        for (const double value : table[r]) {
-            check.number(value);
+        const double time = table[r][0];
+        if (!(std::abs(time) <= 1e18) || (r > 0 && !(time > table[r - 1][0]))) {
+            check.refuse(time, check.range.allowed);
         }
-        if (r > 0 && !(table[r][0] > table[r - 1][0])) {
-            check.refuse(table[r][0], check.range.allowed);
+        for (std::size_t value = 1; value < N; ++value) {
+            check.number(table[r][value]);
         }
     }
 }
