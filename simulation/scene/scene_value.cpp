@@ -3,8 +3,8 @@
 #include "layouts/messages.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <bit>
+#include <cmath>
 
 namespace hybmss::scene_format {
 void Check::number(double value) const {
