@@ -26,12 +26,16 @@ const SceneValue::Array& Given::array(const SceneValue& item, std::size_t size) 
     return *items;
 }
 
-double Given::number(const SceneValue& item) const {
+double Given::real(const SceneValue& item) const {
     const auto* real = item.as<double>();
     if (!real && !item.as<std::int64_t>()) {
         refuse();
     }
-    const double number = real ? *real : static_cast<double>(*item.as<std::int64_t>());
+    return real ? *real : static_cast<double>(*item.as<std::int64_t>());
+}
+
+double Given::number(const SceneValue& item) const {
+    const double number = real(item);
     Check::number(number);
     return number;
 }
@@ -151,7 +155,7 @@ void read_rows(const Given& given, std::vector<std::array<double, N>>& table) {
     for (const SceneValue& item : given.as<SceneValue::Array>()) {
         const SceneValue::Array& row = given.array(item, N);
         std::array<double, N>& numbers = table.emplace_back();
-        std::transform(row.begin(), row.end(), numbers.begin(), [&](const SceneValue& v) { return given.number(v); });
+        std::transform(row.begin(), row.end(), numbers.begin(), [&](const SceneValue& v) { return given.real(v); });
     }
     check_rows(given, table);
 }

@@ -80,6 +80,8 @@ struct Given : Check {
     }
     /// Of so many values.
     const SceneValue::Array& array(const SceneValue& item, std::size_t size) const;
+    /// A number of any size, and one within the range.
+    double real(const SceneValue& item) const;
     double number(const SceneValue& item) const;
     std::int64_t integer(const SceneValue& item) const;
     std::array<double, 3> vector(const SceneValue& item) const;
