@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -88,7 +89,7 @@ struct StressMeter::Implementation {
         in_a_row.assign(cells, 1);
         for (std::size_t n = cells; n-- > 1;) {
             const auto next = [n](const auto& of) { return of[n] == of[n - 1] + 1; };
-            if (std::ranges::all_of(corners, next)) {
+            if (std::all_of(std::begin(corners), std::end(corners), next)) {
                 in_a_row[n - 1] = static_cast<std::uint8_t>(std::min(in_a_row[n] + 1, 255));
             }
         }
@@ -100,7 +101,7 @@ struct StressMeter::Implementation {
     void read(const VectorField<const T>& displacement, const Take& take) const {
         const kernels::KernelTable<T>& table = kernels::kernel_table<T>(set, accuracy);
         // By the cell size, in arrays of their own.
-        const std::unique_ptr<T[]> memory = std::make_unique_for_overwrite<T[]>(3 * nodes);
+        const std::unique_ptr<T[]> memory(new T[3 * nodes]); // not set to zero first
         const std::array<T*, 3> u = {memory.get(), memory.get() + nodes, memory.get() + 2 * nodes};
         constexpr std::size_t kNodes = 4096;
         workers.run((nodes + kNodes - 1) / kNodes, [&](std::size_t piece, std::size_t) {
