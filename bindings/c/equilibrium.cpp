@@ -117,7 +117,8 @@ public:
                                        field->stride,    field->count, field->map};
         const Input<T> input(in, nodes, solving.scratch);
         if (field->map) {
-            const auto &from = input.view(), &to = view();
+            const VectorField<const T>& from = input.view();
+            const VectorField<T>& to = view();
             for (std::size_t n = 0; n < nodes; ++n) {
                 const auto at = static_cast<std::ptrdiff_t>(n);
                 to.x[at * to.stride] = from.x[at * from.stride];
@@ -207,9 +208,9 @@ hybmss_status hybmss_equilibrium_actuate(hybmss_equilibrium* equilibrium, const 
 hybmss_status hybmss_equilibrium_solve(hybmss_equilibrium* equilibrium, const hybmss_loading* loading,
                                        const hybmss_field* displacements, const hybmss_equilibrium_options* options,
                                        hybmss_equilibrium_result* result) {
-    return guarded(equilibrium, "equilibrium", [&](auto& solving) {
+    return guarded(equilibrium, "equilibrium", [&]<class T>(Solving<T>& solving) {
         require(result, "result");
-        const Changed u(displacements, solving, "displacements");
+        const Changed<T> u(displacements, solving, "displacements");
         const EquilibriumResult found =
             solving.solver.solve(loading_of(loading, solving.solver.node_count()), u.view(), options_of(options));
         u.set();
@@ -222,9 +223,9 @@ hybmss_status hybmss_equilibrium_step(hybmss_equilibrium* equilibrium, const hyb
                                       double mass_damping, const hybmss_field* displacements,
                                       const hybmss_field* velocities, const hybmss_equilibrium_options* options,
                                       hybmss_equilibrium_result* result) {
-    return guarded(equilibrium, "equilibrium", [&](auto& solving) {
+    return guarded(equilibrium, "equilibrium", [&]<class T>(Solving<T>& solving) {
         require(result, "result");
-        const Changed u(displacements, solving, "displacements"), v(velocities, solving, "velocities");
+        const Changed<T> u(displacements, solving, "displacements"), v(velocities, solving, "velocities");
         const EquilibriumResult found = solving.solver.step(loading_of(loading, solving.solver.node_count()), time_step,
                                                             mass_damping, u.view(), v.view(), options_of(options));
         u.set();
