@@ -635,7 +635,8 @@ std::string Simulation::Implementation::implicit_step() {
     }
     const std::span<const RigidPose> poses = obstacles.at(end);
     const Loading loading{
-        {held.begin(), held.end()}, loads, gravity, pressed.at(scene, end), {poses.begin(), poses.end()}};
+        {held.begin(), held.end()}, loads, gravity, pressed.at(scene, end), {poses.begin(), poses.end()},
+        actuated.at(scene, end)};
     const EquilibriumResult result =
         on_implicit([&](auto& d) { return d.step(loading, length, scene.damping.mass, equilibrium_options()); });
     add_work(result);
