@@ -37,7 +37,7 @@ std::vector<std::array<std::uint32_t, 8>> cells_of(const Network& network) {
 }
 
 /// Steps at most from one look at where the bodies are to the next.
-constexpr long kStepsBetweenLooks = 16;
+constexpr long kWorldStepsBetweenLooks = 16;
 /// Steps from one look to the next, unless bodies are too fast.
 constexpr double kFewSteps = 4;
 /// What speeds may grow by until the next look.
@@ -244,13 +244,13 @@ void World<T>::Implementation::look(double time_step) {
         PairContact<T>& pair = pairs[stale[i]];
         pair.find(pair.margin(kGrowth * time_step * approach[stale[i]]));
     });
-    until_look = kStepsBetweenLooks;
+    until_look = kWorldStepsBetweenLooks;
     colours.clear();
     std::vector<std::vector<bool>> taken; // by colour and body
     for (std::size_t p = 0; p < pairs.size(); ++p) {
         const double way = kGrowth * time_step * approach[p];
         if (way > 0 && std::isfinite(way)) {
-            const double steps = std::min(pairs[p].reach() / way, static_cast<double>(kStepsBetweenLooks));
+            const double steps = std::min(pairs[p].reach() / way, static_cast<double>(kWorldStepsBetweenLooks));
             until_look = std::min(until_look, std::max(1L, static_cast<long>(steps)));
         }
         if (!pairs[p].near()) {
