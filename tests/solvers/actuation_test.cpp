@@ -91,6 +91,18 @@ double largest(const std::vector<T>& values) {
     return most;
 }
 
+/// Tissues of Poisson's ratios on both sides of 1/4, whose volumes have different laws.
+void mix(Lattice& lattice) {
+    std::vector<std::uint8_t> tissue(lattice.cell_scales().size());
+    for (std::size_t c = 0; c < tissue.size(); ++c) {
+        tissue[c] = static_cast<std::uint8_t>(c % 3);
+    }
+    lattice.set_tissues({{0.05, 900}, {0.4, 1100}}, tissue);
+}
+bool may_be_mixed(const Material& material) {
+    return material.springs == SpringForm::nodes && material.volume_energy == VolumeEnergy::automatic;
+}
+
 /// What is grown alike along all axes is a lattice of larger cells.
 template <class T>
 void expect_a_lattice_of_that_size(double tolerance) {
@@ -99,7 +111,11 @@ void expect_a_lattice_of_that_size(double tolerance) {
         options.instruction_set = set;
         for (const Law& law : laws()) {
             for (const double s : {0.6, 1.3}) {
-                const Lattice lattice = holed(kCellSize), grown = holed(s * kCellSize);
+                Lattice lattice = holed(kCellSize), grown = holed(s * kCellSize);
+                if (may_be_mixed(law.material)) {
+                    mix(lattice);
+                    mix(grown);
+                }
                 ExplicitDynamics<T> body(lattice, law.material, options), other(grown, law.material, options);
                 const std::vector<std::uint32_t> cells = all_cells(lattice), nodes = lattice.nodes();
                 body.actuate(lattice, law.material, cells, std::vector<RestStretch>(cells.size(), {s, s, s}));
@@ -151,7 +167,6 @@ TEST(Actuation, what_has_the_size_that_it_grows_to_is_free_of_stress) {
     }
 }
 
-/// Tissues of Poisson's ratios on both sides of 1/4, whose volumes have different laws.
 TEST(Actuation, forces_and_second_derivatives_are_those_of_the_energy) {
     std::vector<std::pair<Law, InstructionSet>> cases;
     for (const InstructionSet set : available_instruction_sets()) {
@@ -163,12 +178,8 @@ TEST(Actuation, forces_and_second_derivatives_are_those_of_the_energy) {
         PlanOptions options;
         options.instruction_set = set;
         Lattice lattice = holed(kCellSize);
-        if (law.material.springs == SpringForm::nodes && law.material.volume_energy == VolumeEnergy::automatic) {
-            std::vector<std::uint8_t> tissue(lattice.cell_scales().size());
-            for (std::size_t c = 0; c < tissue.size(); ++c) {
-                tissue[c] = static_cast<std::uint8_t>(c % 3);
-            }
-            lattice.set_tissues({{0.05, 900}, {0.4, 1100}}, tissue);
+        if (may_be_mixed(law.material)) {
+            mix(lattice);
         }
         const PlannedBody<double> planned = plan_body<double>(lattice, law.material, options, Operation::forces);
         const Body<double>& body = *planned.body;
@@ -255,6 +266,10 @@ TEST(Actuation, energy_that_sizes_put_in_is_told) {
         ExplicitDynamics<double> body(lattice, material);
         const std::vector<std::uint32_t> all = all_cells(lattice);
         const std::vector<std::uint32_t> cells(all.begin(), all.begin() + 64);
+        body.actuate(lattice, material, cells, std::vector<RestStretch>(cells.size(), {1.2, 1, 1}));
+        const EffectEnergy at_once = body.effect_energies().at(0);
+        EXPECT_GT(at_once.stored, 1);
+        EXPECT_EQ(at_once.dissipated, -at_once.stored);
         body.actuate(lattice, material, cells, std::vector<RestStretch>(cells.size(), {1, 1, 1}));
         StepParameters parameters{.time_step = 0.05 * body.critical_time_step()};
         parameters.integrator = integrator;
@@ -401,6 +416,28 @@ TEST(Actuation, a_free_body_comes_to_rest_at_its_size) {
             }
         }
         EXPECT_LT(result.newton_iterations, 60) << law.name << ", nu " << law.material.poisson_ratio;
+    }
+}
+
+TEST(Actuation, load_steps_go_there_in_proportion) {
+    const Lattice lattice = Lattice::box(3, 3, 3, kCellSize);
+    EquilibriumSolver<double> solver(lattice, {1e5, 0.3, 1000, 1});
+    const std::vector<std::uint32_t> cells = all_cells(lattice);
+    solver.actuate(cells);
+    Loading loading;
+    loading.supports = {{0, 7}, {3, 6}, {12, 4}};
+    EquilibriumOptions options;
+    options.largest_load_step = 0.5;
+    // From what they are: 1, then what the first solve was on its way to.
+    for (const auto& [goal, left] : {std::pair{1.4, 1.2}, {1.8, 1.6}}) {
+        loading.rest_stretches.assign(cells.size(), {goal, goal, goal});
+        options.progress = [](const EquilibriumProgress& at) { return at.load_fraction < 1; };
+        std::vector<double> u(3 * solver.node_count());
+        const auto view = VectorField<double>::aos(u.data(), solver.node_count());
+        const EquilibriumResult result = solver.solve(loading, view, options);
+        EXPECT_EQ(result.status, EquilibriumStatus::stopped);
+        EXPECT_EQ(result.load_fraction, 0.5);
+        EXPECT_NEAR(u[3 * 3], (left - 1) * 3 * kCellSize, 1e-6);
     }
 }
 
