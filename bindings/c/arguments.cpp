@@ -175,6 +175,29 @@ std::vector<RestStretch> stretches_of(const double* stretches, std::size_t count
     return given;
 }
 
+void require_own(const hybmss_body* body, std::size_t nodes, const char* what) {
+    require(body, "body");
+    if (body->node_count != nodes) {
+        const std::string made(what);
+        throw std::invalid_argument("body has " + std::to_string(body->node_count) + " nodes and the " + made + " " +
+                                    std::to_string(nodes) + ": it must be the body that the " + made + " was made of");
+    }
+}
+
+std::vector<SurfaceFace> faces_of(const hybmss_body& body, const std::uint32_t* nodes, std::size_t count,
+                                  const std::array<double, 3>& origin) {
+    std::vector<SurfaceFace> faces(count);
+    for (std::size_t f = 0; f < count; ++f) {
+        std::copy_n(nodes + 4 * f, 4, faces[f].nodes.begin());
+    }
+    if (const auto* const network = std::get_if<Network>(&body.shape)) {
+        set_rest_positions(*network, faces);
+    } else {
+        set_rest_positions(std::get<LatticeBody>(body.shape).lattice, faces, origin);
+    }
+    return faces;
+}
+
 } // namespace hybmss::c_interface
 
 extern "C" {

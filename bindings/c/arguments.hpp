@@ -91,7 +91,14 @@ TriangleMesh mesh_of(const double* vertices, std::size_t vertex_count, const std
                      std::size_t triangle_count);
 const LatticeBody& lattice_of(const hybmss_body& body, const char* what);
 
-/// A ForcePlan or an ExplicitDynamics of the body.
+/// Throws std::invalid_argument unless `body` may be the one that `what`, of so many nodes, was made of.
+void require_own(const hybmss_body* body, std::size_t nodes, const char* what);
+
+/// Faces of four nodes each; `origin`: of a lattice's low corner, m.
+std::vector<SurfaceFace> faces_of(const hybmss_body& body, const std::uint32_t* nodes, std::size_t count,
+                                  const std::array<double, 3>& origin = {0, 0, 0});
+
+/// A ForcePlan, an ExplicitDynamics or an EquilibriumSolver of the body.
 template <class Planned>
 Planned made_of(const hybmss_body& body, const PlanOptions& options) {
     if (const auto* shape = std::get_if<LatticeBody>(&body.shape)) {

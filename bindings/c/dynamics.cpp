@@ -54,15 +54,6 @@ struct Moving {
     }
 };
 
-/// Throws std::invalid_argument unless `body` may be the one that a dynamics of so many nodes was made of.
-void require_own(const hybmss_body* body, std::size_t nodes) {
-    require(body, "body");
-    if (body->node_count != nodes) {
-        throw std::invalid_argument("body has " + std::to_string(body->node_count) + " nodes and the dynamics " +
-                                    std::to_string(nodes) + ": it must be the body that the dynamics was made of");
-    }
-}
-
 /// Those of a body in the order of its nodes, also where they are fewer after cuts.
 std::vector<SurfaceNode> surface_of(const hybmss_body& body, const Place& place) {
     if (const auto* network = std::get_if<Network>(&body.shape)) {
@@ -190,19 +181,10 @@ hybmss_status hybmss_body_surface_faces(const hybmss_body* body, uint32_t* nodes
 hybmss_status hybmss_dynamics_press(hybmss_dynamics* dynamics, const hybmss_body* body, const uint32_t* nodes,
                                     const double* pressures, size_t count) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
-        require_own(body, moving.body.node_count());
+        require_own(body, moving.body.node_count(), "dynamics");
         require(nodes, "nodes", count);
         require(pressures, "pressures", count);
-        std::vector<SurfaceFace> faces(count);
-        for (std::size_t f = 0; f < count; ++f) {
-            std::copy_n(nodes + 4 * f, 4, faces[f].nodes.begin());
-        }
-        if (const auto* const network = std::get_if<Network>(&body->shape)) {
-            set_rest_positions(*network, faces);
-        } else {
-            set_rest_positions(std::get<LatticeBody>(body->shape).lattice, faces, moving.place->origin);
-        }
-        moving.body.press(faces, {pressures, count});
+        moving.body.press(faces_of(*body, nodes, count, moving.place->origin), {pressures, count});
     });
 }
 
@@ -220,7 +202,7 @@ hybmss_status hybmss_dynamics_damp_springs(hybmss_dynamics* dynamics, double sti
 hybmss_status hybmss_dynamics_relax(hybmss_dynamics* dynamics, const hybmss_body* body,
                                     const hybmss_relaxation* branches, size_t count) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
-        require_own(body, moving.body.node_count());
+        require_own(body, moving.body.node_count(), "dynamics");
         require(branches, "branches", count);
         const LatticeBody& whole = lattice_of(*body, "a lattice has a material that relaxes");
         std::vector<Relaxation> given;
@@ -234,7 +216,7 @@ hybmss_status hybmss_dynamics_relax(hybmss_dynamics* dynamics, const hybmss_body
 hybmss_status hybmss_dynamics_actuate(hybmss_dynamics* dynamics, const hybmss_body* body, const uint32_t* cells,
                                       const double* stretches, size_t count) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
-        require_own(body, moving.body.node_count());
+        require_own(body, moving.body.node_count(), "dynamics");
         require(cells, "cells", count);
         const std::vector<RestStretch> given = stretches_of(stretches, count);
         const LatticeBody& whole = lattice_of(*body, "a lattice has cells of another size at rest");
@@ -251,7 +233,7 @@ hybmss_status hybmss_dynamics_set_rest_stretches(hybmss_dynamics* dynamics, cons
 hybmss_status hybmss_dynamics_remove_cells(hybmss_dynamics* dynamics, const hybmss_body* body, const uint32_t* cells,
                                            size_t count, size_t* removed) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
-        require_own(body, moving.body.node_count());
+        require_own(body, moving.body.node_count(), "dynamics");
         require(cells, "cells", count);
         const std::size_t gone = moving.body.remove_cells(moving.place->to_cut(*body), {cells, count});
         if (removed) {
@@ -263,7 +245,7 @@ hybmss_status hybmss_dynamics_remove_cells(hybmss_dynamics* dynamics, const hybm
 hybmss_status hybmss_dynamics_set_obstacles(hybmss_dynamics* dynamics, const hybmss_body* body,
                                             const hybmss_obstacle* obstacles, size_t count) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
-        require_own(body, moving.body.node_count());
+        require_own(body, moving.body.node_count(), "dynamics");
         require(obstacles, "obstacles", count);
         std::vector<Obstacle> given;
         std::transform(obstacles, obstacles + count, std::back_inserter(given), obstacle_of);
@@ -276,7 +258,7 @@ hybmss_status hybmss_dynamics_set_skin_obstacles(hybmss_dynamics* dynamics, cons
                                                  size_t triangle_count, const hybmss_obstacle* obstacles,
                                                  size_t count) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
-        require_own(body, moving.body.node_count());
+        require_own(body, moving.body.node_count(), "dynamics");
         const Lattice& lattice = lattice_of(*body, "a lattice has a skin").lattice;
         const TriangleMesh mesh = mesh_of(vertices, vertex_count, triangles, triangle_count);
         require(obstacles, "obstacles", count);
@@ -435,7 +417,7 @@ hybmss_status hybmss_world_place(hybmss_world* world, size_t number, const hybms
 hybmss_status hybmss_world_remove_cells(hybmss_world* world, size_t number, const hybmss_body* body,
                                         const uint32_t* cells, size_t count, size_t* removed) {
     return guarded(world, "world", [&](auto& together) {
-        require_own(body, together.world->body(number).node_count());
+        require_own(body, together.world->body(number).node_count(), "dynamics");
         require(cells, "cells", count);
         const std::size_t gone =
             together.world->remove_cells(number, together.places[number]->to_cut(*body), {cells, count});

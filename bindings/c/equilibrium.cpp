@@ -24,16 +24,6 @@ struct Solving {
         : solver(made_of<EquilibriumSolver<T>>(body, options)) {}
 };
 
-/// Throws std::invalid_argument unless `body` may be the one that a solver of so many nodes was made of.
-const hybmss_body& own(const hybmss_body* body, std::size_t nodes) {
-    require(body, "body");
-    if (body->node_count != nodes) {
-        throw std::invalid_argument("body has " + std::to_string(body->node_count) + " nodes and the equilibrium " +
-                                    std::to_string(nodes) + ": it must be the body that the equilibrium was made of");
-    }
-    return *body;
-}
-
 Loading loading_of(const hybmss_loading* given, std::size_t nodes) {
     require(given, "loading");
     require(given->supports, "supports", given->support_count);
@@ -170,31 +160,22 @@ void hybmss_equilibrium_destroy(hybmss_equilibrium* equilibrium) {
 hybmss_status hybmss_equilibrium_press(hybmss_equilibrium* equilibrium, const hybmss_body* body, const uint32_t* nodes,
                                        size_t count) {
     return guarded(equilibrium, "equilibrium", [&](auto& solving) {
-        const hybmss_body& whole = own(body, solving.solver.node_count());
+        require_own(body, solving.solver.node_count(), "equilibrium");
         require(nodes, "nodes", count);
-        std::vector<SurfaceFace> faces(count);
-        for (std::size_t f = 0; f < count; ++f) {
-            std::copy_n(nodes + 4 * f, 4, faces[f].nodes.begin());
-        }
-        if (const auto* const network = std::get_if<Network>(&whole.shape)) {
-            set_rest_positions(*network, faces);
-        } else {
-            set_rest_positions(std::get<LatticeBody>(whole.shape).lattice, faces);
-        }
-        solving.solver.press(faces);
+        solving.solver.press(faces_of(*body, nodes, count));
     });
 }
 
 hybmss_status hybmss_equilibrium_set_obstacles(hybmss_equilibrium* equilibrium, const hybmss_body* body,
                                                const hybmss_obstacle* obstacles, size_t count) {
     return guarded(equilibrium, "equilibrium", [&](auto& solving) {
-        const hybmss_body& whole = own(body, solving.solver.node_count());
+        require_own(body, solving.solver.node_count(), "equilibrium");
         require(obstacles, "obstacles", count);
         std::vector<Obstacle> given;
         std::transform(obstacles, obstacles + count, std::back_inserter(given), obstacle_of);
-        const auto* const network = std::get_if<Network>(&whole.shape);
+        const auto* const network = std::get_if<Network>(&body->shape);
         solving.solver.set_obstacles(
-            network ? surface_nodes(*network) : surface_nodes(std::get<LatticeBody>(whole.shape).lattice), given);
+            network ? surface_nodes(*network) : surface_nodes(std::get<LatticeBody>(body->shape).lattice), given);
     });
 }
 
