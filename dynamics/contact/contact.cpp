@@ -315,14 +315,9 @@ std::vector<ObstacleReading> Contact<T>::readings(const Body<T>&, State<T>& stat
     }
     for_each_touch(state, [&](std::size_t o, const RigidPose& pose, const Node& node, const Point& y, double depth,
                               const Point& force) {
-        ObstacleReading& reading = readings[o];
-        reading.energy += 0.5 * node.mass * obstacles_[o].stiffness * depth * depth;
-        reading.dissipated -= 0.5 * time_step_ * dot(force, velocity(node, state)); // as dissipated() says
-        reading.force = plus(reading.force, 1, force);
-        reading.torque = plus(reading.torque, 1, cross(to_space(pose.rotation, y), force));
-        reading.nodes += 1;
-        reading.depth = std::max(reading.depth, depth);
-        reading.greatest_depth = std::max(reading.greatest_depth, depth);
+        this->add_touch(readings[o], 0.5 * node.mass * obstacles_[o].stiffness * depth * depth, depth,
+                        to_space(pose.rotation, y), force,
+                        0.5 * time_step_ * dot(force, velocity(node, state))); // as dissipated() says
     });
     return readings;
 }

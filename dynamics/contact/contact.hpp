@@ -4,6 +4,7 @@
 #include "dynamics/step.hpp"
 #include "hybmss/contact.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -21,6 +22,20 @@ public:
     virtual std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const = 0;
 
     std::string_view name() const override { return "contact"; }
+
+protected:
+    /// One that touches: what its spring stores (J), how deep it is (m), where it is from the obstacle's position, the
+    /// force on it, and what the step's second half has yet to take (J).
+    static void add_touch(ObstacleReading& reading, double stored, double depth, const Point& arm, const Point& force,
+                          double taken) {
+        reading.energy += stored;
+        reading.dissipated -= taken;
+        reading.force = plus(reading.force, 1, force);
+        reading.torque = plus(reading.torque, 1, cross(arm, force));
+        reading.nodes += 1;
+        reading.depth = std::max(reading.depth, depth);
+        reading.greatest_depth = std::max(reading.greatest_depth, depth);
+    }
 };
 
 /// Contact of surface nodes with rigid obstacles, and Coulomb friction, by impulses at the end of a step. A node of

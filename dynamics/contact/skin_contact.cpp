@@ -397,14 +397,8 @@ std::vector<ObstacleReading> SkinContact<T>::readings(const Body<T>&, State<T>& 
     }
     for_each_touch(state, [&](std::size_t o, const RigidPose& pose, const Vertex& vertex, const Point& y, double depth,
                               const Point& force) {
-        ObstacleReading& reading = readings[o];
-        reading.energy += 0.5 * vertex.mass * obstacles_[o].stiffness * depth * depth;
-        reading.dissipated -= 0.5 * time_step_ * dot(force, velocity(vertex, state));
-        reading.force = plus(reading.force, 1, force);
-        reading.torque = plus(reading.torque, 1, cross(to_space(pose.rotation, y), force));
-        reading.nodes += 1;
-        reading.depth = std::max(reading.depth, depth);
-        reading.greatest_depth = std::max(reading.greatest_depth, depth);
+        this->add_touch(readings[o], 0.5 * vertex.mass * obstacles_[o].stiffness * depth * depth, depth,
+                        to_space(pose.rotation, y), force, 0.5 * time_step_ * dot(force, velocity(vertex, state)));
     });
     return readings;
 }
