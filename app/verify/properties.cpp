@@ -10,8 +10,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <random>
+#include <utility>
 
 namespace hybmss::verify {
 namespace {
@@ -20,11 +22,58 @@ using Eigen::Vector3d;
 
 constexpr double kFailed = std::numeric_limits<double>::infinity();
 
+/// A function of displacements that remembers its values: the plans of one body are all asked at the same few places.
+template <class Value>
+class Remembered {
+public:
+    template <class Compute>
+    const Value& at(const std::vector<Vector3d>& u, const Compute& compute) {
+        const auto known = std::find_if(values_.begin(), values_.end(), [&](const auto& v) { return v.first == u; });
+        return known != values_.end() ? known->second : values_.emplace_back(u, compute()).second;
+    }
+
+private:
+    std::deque<std::pair<std::vector<Vector3d>, Value>> values_;
+};
+
+/// What the reference says of one body, which takes it longer than all kernels together.
+class Expected {
+public:
+    explicit Expected(const reference::Body& body) : body_(body) {}
+
+    const std::vector<Vector3d>& forces(const std::vector<Vector3d>& u) {
+        return forces_.at(u, [&] { return reference::forces(body_, u); });
+    }
+    const std::vector<double>& force_scale(const std::vector<Vector3d>& u) {
+        return force_scale_.at(u, [&] { return reference::force_scale(body_, u); });
+    }
+    double energy(const std::vector<Vector3d>& u) {
+        return energy_.at(u, [&] { return reference::energy(body_, u).total(); });
+    }
+    const std::vector<Eigen::Matrix3d>& hessian_diagonal(const std::vector<Vector3d>& u) {
+        return diagonal_.at(u, [&] { return reference::hessian_diagonal(body_, u); });
+    }
+    /// At the velocities v, which follow from u.
+    const std::vector<Vector3d>& damping_forces(double seconds, const std::vector<Vector3d>& u,
+                                                const std::vector<Vector3d>& v) {
+        return damping_.at(u, [&] { return reference::damping_forces(body_, seconds, u, v); });
+    }
+
+private:
+    const reference::Body& body_;
+    Remembered<std::vector<Vector3d>> forces_, damping_;
+    Remembered<std::vector<double>> force_scale_;
+    Remembered<double> energy_;
+    Remembered<std::vector<Eigen::Matrix3d>> diagonal_;
+};
+
 /// One plan and what its checks need.
 template <class T>
 struct Subject {
     const TestBody& body;
     const reference::Body& reference;
+    Expected& expected;
+    Expected& grown; ///< of a lattice whose cells have all grown alike
     const ForcePlan<T>& plan;
     RowKey key;
     RowTable& table;
@@ -41,7 +90,7 @@ struct Subject {
         return out.vectors();
     }
     double greatest_scale(const std::vector<Vector3d>& u) const {
-        const std::vector<double> scales = reference::force_scale(reference, u);
+        const std::vector<double>& scales = expected.force_scale(u);
         return *std::max_element(scales.begin(), scales.end());
     }
 };
@@ -75,7 +124,7 @@ void check_adds(Subject<T>& subject, unsigned seed) {
         in.padding(n) = std::numeric_limits<T>::quiet_NaN();
     }
     subject.plan.add_forces(in.field(), out.field());
-    std::vector<Vector3d> expected = reference::forces(subject.reference, u);
+    std::vector<Vector3d> expected = subject.expected.forces(u);
     bool padding_kept = true;
     for (std::size_t n = 0; n < u.size(); ++n) {
         expected[n] += start[n];
@@ -175,27 +224,35 @@ void check_skin(Subject<T>& subject, unsigned seed) {
     subject.record("skin", error);
 }
 
-/// A body whose cells have all grown alike against the reference of a lattice of such cells: forces and energy.
-template <class T>
-void check_actuation(Subject<T>& subject, const PlanOptions& options, unsigned seed) {
-    constexpr double kStretch = 0.75;
-    const Lattice& lattice = *subject.body.lattice;
+constexpr double kStretch = 0.75;
+
+/// The lattice of cells that have all grown alike.
+reference::Body grown_body(const TestBody& body) {
+    const Lattice& lattice = *body.lattice;
     const auto [nx, ny, nz] = lattice.cells();
     const std::span<const float> scales = lattice.cell_scales();
     Lattice grown = Lattice::from_cells(nx, ny, nz, kStretch * lattice.cell_size(),
                                         std::vector<float>(scales.begin(), scales.end()));
-    std::vector<std::uint8_t> tissue;
+    if (!lattice.tissues().empty()) {
+        std::vector<std::uint8_t> tissue;
+        for (std::size_t c = 0; c < scales.size(); ++c) {
+            tissue.push_back(static_cast<std::uint8_t>(lattice.cell_tissue(c)));
+        }
+        grown.set_tissues({lattice.tissues().begin(), lattice.tissues().end()}, tissue);
+    }
+    return reference::assemble(grown, body.material);
+}
+
+/// A body whose cells have all grown alike against the reference of a lattice of such cells: forces and energy.
+template <class T>
+void check_actuation(Subject<T>& subject, const PlanOptions& options, unsigned seed) {
+    const Lattice& lattice = *subject.body.lattice;
     std::vector<std::uint32_t> cells;
-    for (std::uint32_t c = 0; c < scales.size(); ++c) {
-        tissue.push_back(static_cast<std::uint8_t>(lattice.cell_tissue(c)));
-        if (scales[c] > 0) {
+    for (std::uint32_t c = 0; c < lattice.cell_scales().size(); ++c) {
+        if (lattice.cell_scales()[c] > 0) {
             cells.push_back(c);
         }
     }
-    if (!lattice.tissues().empty()) {
-        grown.set_tissues({lattice.tissues().begin(), lattice.tissues().end()}, tissue);
-    }
-    const reference::Body reference = reference::assemble(grown, subject.body.material);
     std::vector<Vector3d> u = random_displacements(subject, 0.1, seed);
     for (std::size_t n = 0; n < u.size(); ++n) {
         u[n] = kStretch * u[n] + (kStretch - 1) * subject.reference.rest[n];
@@ -219,8 +276,8 @@ void check_actuation(Subject<T>& subject, const PlanOptions& options, unsigned s
     for (std::size_t n = 0; n < u.size(); ++n) {
         u[n] -= (kStretch - 1) * subject.reference.rest[n];
     }
-    subject.record("actuation", std::max(max_difference(found, reference::forces(reference, u)) / scale,
-                                         std::abs(energy - reference::energy(reference, u).total()) / size));
+    subject.record("actuation", std::max(max_difference(found, subject.grown.forces(u)) / scale,
+                                         std::abs(energy - subject.grown.energy(u)) / size));
 }
 
 /// The cells' stresses and energies add up to the reference's forces times the nodes' places, and to its energy.
@@ -248,11 +305,11 @@ void check_stress(Subject<T>& subject, unsigned seed) {
             size += volumes[c] * piola.norm();
             energy += volumes[c] * stresses[c].energy_density;
         }
-        const std::vector<Vector3d> f = reference::forces(subject.reference, u);
+        const std::vector<Vector3d>& f = subject.expected.forces(u);
         for (std::size_t n = 0; n < f.size(); ++n) {
             sum += f[n] * subject.reference.rest[n].transpose();
         }
-        const double expected = reference::energy(subject.reference, u).total();
+        const double expected = subject.expected.energy(u);
         subject.record("stress", std::max(sum.norm() / size, std::abs(energy / expected - 1)));
     }
 }
@@ -263,7 +320,7 @@ void check_totals(Subject<T>& subject, unsigned seed) {
     for (const double strain : {1e-3, 0.3}) {
         const std::vector<Vector3d> u = random_displacements(subject, strain, seed);
         const std::vector<Vector3d> f = subject.forces(u, Arrangement::stride_3);
-        const std::vector<double> scales = reference::force_scale(subject.reference, u);
+        const std::vector<double>& scales = subject.expected.force_scale(u);
         Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
         double force_scale = 0, torque_scale = 0;
         for (std::size_t n = 0; n < u.size(); ++n) {
@@ -296,7 +353,7 @@ void check_rigid_motions(Subject<T>& subject) {
     const double scale = subject.greatest_scale(slanting);
     for (const auto& u : {translation, turned, slanting}) {
         const std::vector<Vector3d> given = rounded<T>(u);
-        const double error = max_difference(subject.forces(given), reference::forces(subject.reference, given));
+        const double error = max_difference(subject.forces(given), subject.expected.forces(given));
         subject.record("rigid motion", error / scale);
     }
 }
@@ -308,7 +365,7 @@ void check_diagonal(Subject<T>& subject, unsigned seed) {
         NodeArray<T> in(Arrangement::stride_3, u);
         std::vector<T> found(6 * u.size());
         subject.plan.hessian_diagonal(in.field(), found);
-        const std::vector<Eigen::Matrix3d> expected = reference::hessian_diagonal(subject.reference, u);
+        const std::vector<Eigen::Matrix3d>& expected = subject.expected.hessian_diagonal(u);
         double error = 0, scale = 0;
         for (std::size_t n = 0; n < u.size(); ++n) {
             const auto e = [&](std::size_t entry) { return static_cast<double>(found[6 * n + entry]); };
@@ -347,33 +404,27 @@ void check_damping(Subject<T>& subject, const PlanOptions& options, unsigned see
             scales[static_cast<std::size_t>(corner)] += kSeconds * stiffness * fastest;
         }
     }
-    const double error = max_difference(out.vectors(), reference::damping_forces(subject.reference, kSeconds, u, v));
+    const double error = max_difference(out.vectors(), subject.expected.damping_forces(kSeconds, u, v));
     subject.record("spring damping", error / *std::max_element(scales.begin(), scales.end()));
 }
 
 /// 2 / sqrt of the largest eigenvalue of M^-1 K at rest, from above: power iteration gives eigenvalues from below.
 double largest_stable_step(const reference::Body& body) {
-    const std::vector<Vector3d> rest(body.rest.size(), Vector3d::Zero());
+    const Eigen::SparseMatrix<double> stiffness =
+        reference::hessian(body, std::vector<Vector3d>(body.rest.size(), Vector3d::Zero()));
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(-1, 1);
-    std::vector<Vector3d> p(body.rest.size());
-    for (Vector3d& v : p) {
-        v = {uniform(random), uniform(random), uniform(random)};
+    Eigen::VectorXd masses(stiffness.rows()), p(stiffness.rows());
+    for (Eigen::Index i = 0; i < p.size(); ++i) {
+        masses[i] = body.mass[static_cast<std::size_t>(i / 3)];
+        p[i] = uniform(random);
     }
     double eigenvalue = 0;
     for (int iteration = 0; iteration < 100; ++iteration) {
-        std::vector<Vector3d> kp = reference::hessian_product(body, rest, p);
-        double stiffness = 0, mass = 0, size = 0;
-        for (std::size_t n = 0; n < p.size(); ++n) {
-            stiffness += p[n].dot(kp[n]);
-            mass += body.mass[n] * p[n].squaredNorm();
-            kp[n] /= body.mass[n];
-            size = std::max(size, kp[n].cwiseAbs().maxCoeff());
-        }
-        eigenvalue = std::max(eigenvalue, stiffness / mass);
-        for (std::size_t n = 0; n < p.size(); ++n) {
-            p[n] = kp[n] / size;
-        }
+        const Eigen::VectorXd kp = stiffness * p;
+        eigenvalue = std::max(eigenvalue, p.dot(kp) / p.dot(masses.cwiseProduct(p)));
+        p = kp.cwiseQuotient(masses);
+        p /= p.cwiseAbs().maxCoeff();
     }
     return 2 / std::sqrt(eigenvalue);
 }
@@ -386,12 +437,12 @@ void check_critical_time_step(Subject<T>& subject, double stable_step) {
 }
 
 template <class T>
-void check_all(const TestBody& body, const MatrixOptions& options, RowTable& table) {
-    const reference::Body reference = reference_body(body);
-    const double stable_step = largest_stable_step(reference);
+void check_all(const TestBody& body, const reference::Body& reference, double stable_step, Expected& grown,
+               const MatrixOptions& options, RowTable& table) {
+    Expected expected(reference);
     for (const RowKey& key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
         const auto plan = make_planned<ForcePlan<T>>(body, plan_options(key));
-        Subject<T> subject{body, reference, plan, key, table};
+        Subject<T> subject{body, reference, expected, grown, plan, key, table};
         check_instruction_set(subject);
         check_adds(subject, options.seed);
         check_coincident_nodes(subject);
@@ -412,8 +463,11 @@ void check_all(const TestBody& body, const MatrixOptions& options, RowTable& tab
 
 void run_properties(const MatrixOptions& options, RowTable& table) {
     for_each_body(property_bodies(options.seed), table, [&](const TestBody& body, RowTable& rows) {
-        check_all<float>(body, options, rows);
-        check_all<double>(body, options, rows);
+        const reference::Body reference = reference_body(body), grown = body.lattice ? grown_body(body) : reference;
+        Expected of_grown(grown);
+        const double stable_step = largest_stable_step(reference);
+        check_all<float>(body, reference, stable_step, of_grown, options, rows);
+        check_all<double>(body, reference, stable_step, of_grown, options, rows);
     });
 }
 

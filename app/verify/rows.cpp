@@ -138,8 +138,8 @@ std::vector<std::string> tolerance_legend() {
 }
 
 Row& RowTable::row_of(const RowKey& key) {
-    const auto row = std::find_if(rows_.begin(), rows_.end(), [&](const Row& r) { return r.key == key; });
-    return row != rows_.end() ? *row : rows_.emplace_back(Row{key, 0, 0, tolerance(key), ""});
+    const auto [place, is_new] = places_.emplace(key, rows_.size());
+    return is_new ? rows_.emplace_back(Row{key, 0, 0, tolerance(key), ""}) : rows_[place->second];
 }
 
 void RowTable::record(const RowKey& key, double error, const std::string& body) {

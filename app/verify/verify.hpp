@@ -9,9 +9,12 @@
 #include "hybmss/instruction_set.hpp"
 #include "plan/bodies/plan_description.hpp"
 
+#include <cstddef>
+#include <map>
 #include <ostream>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace hybmss::verify {
@@ -25,6 +28,15 @@ struct RowKey {
     std::string variant;   ///< "" where the check covers all variants
     double strain = 0;     ///< 0 where the check has no strain
     bool operator==(const RowKey&) const = default;
+    /// In no order that means anything.
+    bool operator<(const RowKey& other) const { return values() < other.values(); }
+
+private:
+    std::tuple<const std::string&, const std::string&, InstructionSet, Accuracy, const std::string&, const std::string&,
+               double>
+    values() const {
+        return {check, layout, instruction_set, accuracy, precision, variant, strain};
+    }
 };
 
 /// The worst error over all bodies of one key, in units of the precision's epsilon.
@@ -50,6 +62,7 @@ private:
     Row& row_of(const RowKey& key);
 
     std::vector<Row> rows_; ///< in order of first appearance
+    std::map<RowKey, std::size_t> places_;
 };
 
 /// epsilon of the named precision ("float" or "double").
