@@ -37,9 +37,9 @@ private:
 };
 
 /// What the reference says of one body, which takes it longer than all kernels together.
-class Expected {
+class ReferenceValues {
 public:
-    explicit Expected(const reference::Body& body) : body_(body) {}
+    explicit ReferenceValues(const reference::Body& body) : body_(body) {}
 
     const std::vector<Vector3d>& forces(const std::vector<Vector3d>& u) {
         return forces_.at(u, [&] { return reference::forces(body_, u); });
@@ -72,8 +72,8 @@ template <class T>
 struct Subject {
     const TestBody& body;
     const reference::Body& reference;
-    Expected& expected;
-    Expected& grown; ///< of a lattice whose cells have all grown alike
+    ReferenceValues& expected;
+    ReferenceValues& grown; ///< of a lattice whose cells have all grown alike
     const ForcePlan<T>& plan;
     RowKey key;
     RowTable& table;
@@ -437,9 +437,9 @@ void check_critical_time_step(Subject<T>& subject, double stable_step) {
 }
 
 template <class T>
-void check_all(const TestBody& body, const reference::Body& reference, double stable_step, Expected& grown,
+void check_all(const TestBody& body, const reference::Body& reference, double stable_step, ReferenceValues& grown,
                const MatrixOptions& options, RowTable& table) {
-    Expected expected(reference);
+    ReferenceValues expected(reference);
     for (const RowKey& key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
         const auto plan = make_planned<ForcePlan<T>>(body, plan_options(key));
         Subject<T> subject{body, reference, expected, grown, plan, key, table};
@@ -464,7 +464,7 @@ void check_all(const TestBody& body, const reference::Body& reference, double st
 void run_properties(const MatrixOptions& options, RowTable& table) {
     for_each_body(property_bodies(options.seed), table, [&](const TestBody& body, RowTable& rows) {
         const reference::Body reference = reference_body(body), grown = body.lattice ? grown_body(body) : reference;
-        Expected of_grown(grown);
+        ReferenceValues of_grown(grown);
         const double stable_step = largest_stable_step(reference);
         check_all<float>(body, reference, stable_step, of_grown, options, rows);
         check_all<double>(body, reference, stable_step, of_grown, options, rows);
