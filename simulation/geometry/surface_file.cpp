@@ -39,15 +39,17 @@ TriangleSurface read_surface(const std::filesystem::path& path) {
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension != ".stl" && extension != ".obj") {
-        throw std::runtime_error("its name must end in .stl or .obj");
+    const bool places_meshes = extension == ".gltf" || extension == ".glb"; // by a tree of nodes
+    if (!places_meshes && extension != ".stl" && extension != ".obj" && extension != ".ply") {
+        throw std::runtime_error("its name must end in .stl, .obj, .ply, .gltf or .glb");
     }
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) {
         throw std::runtime_error("it cannot be read: " + (error ? error.message() : std::string("no regular file")));
     }
     Assimp::Importer importer;
-    const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
+    const aiScene* scene =
+        importer.ReadFile(path.string(), aiProcess_Triangulate | (places_meshes ? aiProcess_PreTransformVertices : 0u));
     if (!scene) {
         throw std::runtime_error("it cannot be read: " + one_line(importer.GetErrorString()));
     }

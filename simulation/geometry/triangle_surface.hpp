@@ -17,8 +17,8 @@ namespace hybmss {
 using TriangleSurface = TriangleMesh;
 using Vector3 = std::array<double, 3>;
 
-/// Reads an STL or OBJ file; all its objects together. Throws std::runtime_error that says what is wrong, without the
-/// file's name.
+/// Reads an STL, OBJ, PLY or glTF file; all its objects together, each where the file puts it. Throws
+/// std::runtime_error that says what is wrong, without the file's name.
 TriangleSurface read_surface(const std::filesystem::path& path);
 
 /// Makes one vertex of those at the very same place (STL repeats them) and drops triangles that are none any more.

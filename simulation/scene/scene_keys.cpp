@@ -54,7 +54,7 @@ constexpr Key<SceneBody> kBodyKeys[] = {
      field<VectorFormat<double>, Unless0<&SceneBody::size>>},
     {"voxels", "", words("the path of a NumPy (.npy), NRRD or NIfTI file, from the scene's folder on"), "none",
      "cells with a label above 0; the grid's low corner is the origin", field<TextFormat, Unless0<&SceneBody::voxels>>},
-    {"surface", "", words("the path of an STL or OBJ file, from the scene's folder on"), "none",
+    {"surface", "", words("the path of an STL, OBJ, PLY or glTF file, from the scene's folder on"), "none",
      "cells whose centre lies inside the surface, in its own coordinates (m)",
      field<TextFormat, Unless0<&SceneBody::surface>>},
     {"fill", "", words("\"centre\" or \"fraction\""), "\"centre\"",
@@ -304,7 +304,7 @@ constexpr Key<Label> kLabelKeys[] = {
     {"poisson_ratio", "", kPoissonRatio, "that of [material]", "nu of its cells; not with `springs = \"means\"`",
      member<&Label::poisson_ratio>},
     {"density", "kg/m^3", kDensity, "that of [material]", "of its cells", member<&Label::density>},
-    {"surface", "", words("the path of an STL or OBJ file, from the scene's folder on"), "none",
+    {"surface", "", words("the path of an STL, OBJ, PLY or glTF file, from the scene's folder on"), "none",
      "gives the label to what of the body is inside; with `fill = \"fraction\"` cells that it cuts are mixed",
      field<TextFormat, Unless0<&Label::surface>>},
 };

@@ -258,6 +258,63 @@ std::string ascii_stl(const TriangleSurface& surface) {
     return text.str() + "endsolid\n";
 }
 
+std::string ply(const TriangleSurface& surface) {
+    std::ostringstream text;
+    text << "ply\nformat ascii 1.0\nelement vertex " << surface.vertices.size()
+         << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << surface.triangles.size()
+         << "\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const auto& x : surface.vertices) {
+        text << x[0] << ' ' << x[1] << ' ' << x[2] << '\n';
+    }
+    for (const auto& t : surface.triangles) {
+        text << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << '\n';
+    }
+    return text.str();
+}
+
+/// glTF in one binary file; its one node is placed by `place`.
+std::string glb(const TriangleSurface& surface, const char* place) {
+    const auto append = [](std::string& to, const auto& value) {
+        to.append(reinterpret_cast<const char*>(&value), sizeof value);
+    };
+    std::string bytes;
+    std::array<double, 3> least = surface.vertices.front(), most = least;
+    for (const auto& x : surface.vertices) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            append(bytes, static_cast<float>(x[axis]));
+            least[axis] = std::min(least[axis], x[axis]);
+            most[axis] = std::max(most[axis], x[axis]);
+        }
+    }
+    const std::size_t of_vertices = bytes.size(), corners = 3 * surface.triangles.size();
+    for (const auto& t : surface.triangles) {
+        for (const std::uint32_t corner : t) {
+            append(bytes, corner);
+        }
+    }
+    std::ostringstream text;
+    text
+        << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{)" << place
+        << R"("mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":)"
+        << bytes.size() << R"(}],"bufferViews":[{"buffer":0,"byteLength":)" << of_vertices
+        << R"(},{"buffer":0,"byteOffset":)" << of_vertices << R"(,"byteLength":)" << 4 * corners
+        << R"(}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)" << surface.vertices.size()
+        << R"(,"min":[)" << least[0] << ',' << least[1] << ',' << least[2] << R"(],"max":[)" << most[0] << ','
+        << most[1] << ',' << most[2] << R"(]},{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" << corners
+        << "}]}";
+    std::string json = text.str();
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    std::string file = "glTF";
+    append(file, std::uint32_t{2});
+    append(file, static_cast<std::uint32_t>(28 + json.size() + bytes.size()));
+    append(file, static_cast<std::uint32_t>(json.size()));
+    file += "JSON";
+    file += json;
+    append(file, static_cast<std::uint32_t>(bytes.size()));
+    file.append("BIN\0", 4);
+    return file + bytes;
+}
+
 std::string binary_stl(const TriangleSurface& surface) {
     std::string bytes(80, 'x');
     const auto add = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
@@ -328,6 +385,9 @@ TEST_F(SurfaceFile, every_format_gives_the_same_cells) {
     const std::pair<const char*, std::string> files[] = {{"a.stl", ascii_stl(sphere(1, {3, 0, 0}))},
                                                          {"b.STL", binary_stl(sphere(1, {3, 0, 0}))},
                                                          {"c.obj", obj(sphere(1, {3, 0, 0}))},
+                                                         {"d.ply", ply(sphere(1, {3, 0, 0}))},
+                                                         {"e.glb", glb(sphere(1, {3, 0, 0}), "")},
+                                                         {"moved.glb", glb(sphere(1), "\"translation\":[3,0,0],")},
                                                          {"quads.obj",
                                                           "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
                                                           "v 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\n"
@@ -364,7 +424,11 @@ TEST_F(SurfaceFile, what_is_no_closed_surface_is_told) {
     EXPECT_EQ(error_of("text.stl", "no surface at all").rfind("it ", 0), 0u);
     EXPECT_EQ(error_of("cut.stl", binary_stl(sphere(1)).substr(0, 5000)).rfind("it ", 0), 0u);
     EXPECT_EQ(error_of("empty.stl", "").rfind("it ", 0), 0u);
-    EXPECT_EQ(error_of("a.ply", "").rfind("its name must end in .stl or .obj", 0), 0u);
+    EXPECT_EQ(error_of("a.vtk", "").rfind("its name must end in .stl, .obj, .ply, .gltf or .glb", 0), 0u);
+    for (const char* file : {"empty.ply", "empty.glb", "empty.gltf"}) {
+        EXPECT_EQ(error_of(file, "").rfind("it cannot be read: ", 0), 0u) << file;
+    }
+    EXPECT_EQ(error_of("cut.glb", glb(sphere(1), "").substr(0, 3000)).rfind("it cannot be read: ", 0), 0u);
     EXPECT_NE(error_of("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "");
     EXPECT_EQ(error_of("fine.stl", binary_stl(sphere(1)), "1e-6").rfind("its grid is 2000000 x 2000000 x 2000000", 0),
               0u);
