@@ -160,8 +160,12 @@ Obstacle obstacle_of(const hybmss_obstacle& given) {
         }
         obstacle.shape = CapsuleShape{{0, d[1], 0}, d[0]};
         break;
+    case HYBMSS_SOLID:
+        require(given.solid, "solid");
+        obstacle.shape = given.solid->shape;
+        break;
     default:
-        throw std::invalid_argument("shape = " + std::to_string(given.shape) + " is not allowed: it must be 0 to 3");
+        throw std::invalid_argument("shape = " + std::to_string(given.shape) + " is not allowed: it must be 0 to 4");
     }
     return obstacle;
 }

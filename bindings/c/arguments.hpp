@@ -83,6 +83,11 @@ struct hybmss_body {
     std::size_t node_count;
 };
 
+/// A hull, a mesh or a height field.
+struct hybmss_solid {
+    hybmss::ObstacleShape shape;
+};
+
 namespace hybmss::c_interface {
 
 /// Throws std::invalid_argument, which says what a lattice alone has, for a network.

@@ -242,6 +242,46 @@ hybmss_status hybmss_dynamics_remove_cells(hybmss_dynamics* dynamics, const hybm
     });
 }
 
+hybmss_status hybmss_solid_create_hull(const double* points, size_t count, hybmss_solid** solid) {
+    return guarded([&] {
+        require(solid, "solid");
+        require_entries(points, "points", count, 3 * sizeof(double));
+        std::vector<std::array<double, 3>> given(count);
+        for (std::size_t p = 0; p < count; ++p) {
+            std::copy_n(points + 3 * p, 3, given[p].begin());
+        }
+        *solid = new hybmss_solid{HullShape(given)};
+    });
+}
+
+hybmss_status hybmss_solid_create_mesh(const double* vertices, size_t vertex_count, const uint32_t* triangles,
+                                       size_t triangle_count, int32_t cells, hybmss_solid** solid) {
+    return guarded([&] {
+        require(solid, "solid");
+        const TriangleMesh mesh = mesh_of(vertices, vertex_count, triangles, triangle_count);
+        *solid = new hybmss_solid{MeshShape(mesh.vertices, mesh.triangles, cells == 0 ? 64 : cells)};
+    });
+}
+
+hybmss_status hybmss_solid_create_heights(const double* heights, const size_t counts[2], const double spacing[2],
+                                          hybmss_solid** solid) {
+    return guarded([&] {
+        require(solid, "solid");
+        require(counts, "counts");
+        require(spacing, "spacing");
+        // Counts whose product overflows are refused by the shape.
+        const std::size_t count =
+            counts[1] == 0 || counts[0] > (std::size_t{1} << 26) / counts[1] ? 0 : counts[0] * counts[1];
+        require(heights, "heights", count);
+        *solid = new hybmss_solid{
+            HeightShape({counts[0], counts[1]}, {spacing[0], spacing[1]}, std::span<const double>(heights, count))};
+    });
+}
+
+void hybmss_solid_destroy(hybmss_solid* solid) {
+    delete solid;
+}
+
 hybmss_status hybmss_dynamics_set_obstacles(hybmss_dynamics* dynamics, const hybmss_body* body,
                                             const hybmss_obstacle* obstacles, size_t count) {
     return guarded(dynamics, "dynamics", [&](auto& moving) {
@@ -424,6 +464,42 @@ hybmss_status hybmss_world_remove_cells(hybmss_world* world, size_t number, cons
         if (removed) {
             *removed = gone;
         }
+    });
+}
+
+hybmss_status hybmss_world_split_parts(hybmss_world* world, size_t number, const hybmss_body* body,
+                                       const hybmss_plan_options* options, hybmss_body_part* parts, size_t capacity,
+                                       size_t* count) {
+    return guarded(world, "world", [&]<class T>(Together<T>& together) {
+        World<T>& all = *together.world;
+        require_own(body, all.body(number).node_count(), "dynamics");
+        require(count, "count");
+        require(parts, "parts", capacity);
+        const LatticeBody& whole = lattice_of(*body, "a lattice has parts");
+        const GivenOptions given(options);
+        // Handles are made before anything changes.
+        std::vector<std::unique_ptr<hybmss_body>> bodies;
+        std::vector<std::unique_ptr<hybmss_dynamics>> lent;
+        const std::vector<BodyPart> split =
+            all.split_parts(number, together.places[number]->to_cut(*body), [&](const Lattice& lattice) {
+                if (bodies.size() == capacity) {
+                    throw std::invalid_argument("capacity = " + std::to_string(capacity) +
+                                                " is not allowed: the body has more parts");
+                }
+                bodies.push_back(std::make_unique<hybmss_body>(
+                    hybmss_body{LatticeBody{lattice, whole.material}, lattice.nodes().size()}));
+                lent.push_back(std::make_unique<hybmss_dynamics>());
+                return made_of<ExplicitDynamics<T>>(*bodies.back(), given.options);
+            });
+        for (std::size_t p = 0; p < split.size(); ++p) {
+            together.places.push_back(std::make_shared<Place>(Place{together.places[number]->origin, {}}));
+            auto moving = std::make_unique<Moving<T>>(
+                std::shared_ptr<ExplicitDynamics<T>>(together.world, &all.body(split[p].body)));
+            moving->place = together.places.back();
+            lent[p]->held = std::move(moving);
+            parts[p] = {split[p].body, bodies[p].release(), lent[p].release()};
+        }
+        *count = split.size();
     });
 }
 

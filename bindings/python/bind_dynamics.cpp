@@ -79,6 +79,18 @@ public:
         origins_.push_back(origin);
         return body;
     }
+    std::vector<std::pair<std::size_t, Lattice>> split_parts(std::size_t body, Lattice& lattice,
+                                                             const Material& material) {
+        std::vector<std::pair<std::size_t, Lattice>> parts;
+        visit([&]<class T>(World<T>& made) {
+            for (BodyPart& part : made.split_parts(
+                     body, lattice, [&](const Lattice& cells) { return ExplicitDynamics<T>(cells, material); })) {
+                parts.emplace_back(part.body, std::move(part.lattice));
+                origins_.push_back(origins_[body]);
+            }
+        });
+        return parts;
+    }
 
 private:
     std::vector<Vector3> origins_;
@@ -169,7 +181,7 @@ py::list to_list(const std::vector<Reading>& readings) {
 }
 
 void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
-    py::class_<Obstacle> obstacle(module, "Obstacle", "A rigid plane, sphere, box or capsule that bodies touch.");
+    py::class_<Obstacle> obstacle(module, "Obstacle", "A rigid solid that bodies touch.");
     obstacle.def_static(
         "plane",
         [](const Vector3& normal, const Vector3& position, double friction) {
@@ -195,6 +207,42 @@ void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
         },
         py::arg("axis"), py::arg("radius"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0,
         "All within a radius of a straight line of the length and direction of `axis` about the position.");
+    obstacle.def_static(
+        "hull",
+        [](const std::vector<Vector3>& points, const Vector3& position, double friction) {
+            return Obstacle{.shape = HullShape(points), .pose = {.position = position}, .friction = friction};
+        },
+        py::arg("points"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0,
+        "The convex hull of points about the position.");
+    obstacle.def_static(
+        "mesh",
+        [](const std::vector<Vector3>& vertices, const std::vector<std::array<std::uint32_t, 3>>& triangles,
+           const Vector3& position, double friction, int cells) {
+            return Obstacle{
+                .shape = MeshShape(vertices, triangles, cells), .pose = {.position = position}, .friction = friction};
+        },
+        py::arg("vertices"), py::arg("triangles"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0,
+        py::kw_only(), py::arg("cells") = 64,
+        "What a closed mesh encloses, by its distance on a grid with so many cells along its longest side.");
+    obstacle.def_static(
+        "height_field",
+        [](const std::vector<std::vector<double>>& heights, const std::array<double, 2>& spacing,
+           const Vector3& position, double friction) {
+            const std::size_t columns = heights.empty() ? 0 : heights[0].size();
+            std::vector<double> all;
+            for (const std::vector<double>& row : heights) {
+                if (row.size() != columns) {
+                    throw std::invalid_argument("heights: a row of " + std::to_string(row.size()) +
+                                                " numbers after one of " + std::to_string(columns));
+                }
+                all.insert(all.end(), row.begin(), row.end());
+            }
+            return Obstacle{.shape = HeightShape({columns, heights.size()}, spacing, all),
+                            .pose = {.position = position},
+                            .friction = friction};
+        },
+        py::arg("heights"), py::arg("spacing"), py::arg("position") = Vector3{0, 0, 0}, py::arg("friction") = 0.0,
+        "All that is below heights along y: a row along x, one row after the other along z, from the position on.");
     const auto member = [&obstacle](const char* name, auto RigidPose::*field, const char* words) {
         obstacle.def_property(
             name, [field](const Obstacle& o) { return o.pose.*field; },
@@ -319,6 +367,10 @@ void bind_world(py::module_& module) {
             return world.visit([&](auto& made) { return made.remove_cells(body, lattice, cells); });
         },
         py::arg("body"), py::arg("lattice"), py::arg("cells"));
+    type.def("split_parts", &PythonWorld::split_parts, py::arg("body"), py::arg("lattice"), py::arg("material"),
+             "Makes bodies of their own of the parts that cuts have left without a common node; the largest stays. "
+             "Returns\nnumber and lattice of each; `lattice` loses their cells. Obstacles, loads and what holds them "
+             "are to be set.");
     type.def("step", &step<PythonWorld>, py::arg("time_step"), py::arg("count") = 1, py::kw_only(),
              py::arg("acceleration") = Vector3{0, 0, 0}, py::arg("mass_damping") = 0.0,
              py::arg("integrator") = "symplectic-euler", "As ExplicitDynamics.step, all bodies together.");

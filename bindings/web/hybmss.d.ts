@@ -154,10 +154,23 @@ export interface Pose {
   angularVelocity?: Vector;
 }
 
+/** A convex hull, a closed mesh or a height field, made once for any number of obstacles; m, in the obstacle's axes. */
+export class Solid {
+  constructor(
+    given:
+      | { points: ArrayLike<number> }
+      | { vertices: ArrayLike<number>; triangles: ArrayLike<number>; cells?: number }
+      | { heights: ArrayLike<number>; counts: readonly number[]; spacing: readonly number[] },
+  );
+  free(): void;
+}
+
 export interface Obstacle {
-  shape: "plane" | "sphere" | "box" | "capsule";
+  shape: "plane" | "sphere" | "box" | "capsule" | "solid";
   /** a plane's normal, a sphere's radius, a box's lengths; a capsule's radius and the length of its axis, along its y */
-  dimensions: readonly number[];
+  dimensions?: readonly number[];
+  /** of shape "solid" */
+  solid?: Solid;
   pose?: Pose;
   friction?: number;
   stiffness?: number;

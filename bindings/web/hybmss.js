@@ -531,8 +531,33 @@ function writePose(at, pose = {}) {
   doubles(at + 120, vector("pose.angularVelocity", pose.angularVelocity ?? [0, 0, 0]));
 }
 
-const shapes = ["plane", "sphere", "box", "capsule"];
+const shapes = ["plane", "sphere", "box", "capsule", "solid"];
 const dimensionCounts = { sphere: 1, capsule: 2 };
+
+export class Solid extends Handle {
+  constructor({ points, vertices, triangles, cells = 0, heights, counts, spacing, ...rest }) {
+    ready();
+    known("solid", rest, []);
+    super("solid", (slot) =>
+      withMemory((take) => {
+        if (points) {
+          call("hybmss_solid_create_hull", put(take, Float64Array, points), points.length / 3, slot);
+        } else if (heights) {
+          const sizes = put(take, Uint32Array, wholes("solid.counts", vector("solid.counts", counts, 2)));
+          if (heights.length !== counts[0] * counts[1]) {
+            throw new HybmssError("invalid argument", `heights: ${heights.length} given, ${counts[0] * counts[1]} needed`);
+          }
+          const steps = put(take, Float64Array, vector("solid.spacing", spacing, 2));
+          call("hybmss_solid_create_heights", put(take, Float64Array, heights), sizes, steps, slot);
+        } else {
+          const x = put(take, Float64Array, vertices);
+          const t = put(take, Uint32Array, triangles);
+          call("hybmss_solid_create_mesh", x, vertices.length / 3, t, triangles.length / 3, whole("solid.cells", cells), slot);
+        }
+      }),
+    );
+  }
+}
 
 function writeStep(at, given) {
   known("step", given, ["timeStep", "acceleration", "massDamping", "integrator"]);
@@ -628,14 +653,17 @@ export class Dynamics extends Handle {
     });
   }
   setObstacles(obstacles) {
-    const write = (at, { shape, dimensions, pose, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }) => {
+    const write = (at, { shape, dimensions, solid, pose, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }) => {
       known("obstacle", rest, []);
       data().setInt32(at, choice("obstacle.shape", shape, shapes), true);
-      doubles(at + 8, vector("obstacle.dimensions", dimensions, dimensionCounts[shape] ?? 3));
+      if (shape !== "solid") {
+        doubles(at + 8, vector("obstacle.dimensions", dimensions, dimensionCounts[shape] ?? 3));
+      }
       writePose(at + 32, pose);
       doubles(at + 176, [friction, stiffness, frictionDelay]);
+      data().setUint32(at + 200, shape === "solid" ? (solid?.at ?? 0) : 0, true);
     };
-    this.#list("set_obstacles", obstacles, 200, write, this.lattice.at);
+    this.#list("set_obstacles", obstacles, 208, write, this.lattice.at);
     this.obstacles = obstacles.length;
   }
   obstacleReadings() {

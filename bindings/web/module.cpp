@@ -71,7 +71,8 @@ AT(hybmss_obstacle, dimensions, 8);
 AT(hybmss_obstacle, pose, 32);
 AT(hybmss_obstacle, friction, 176);
 AT(hybmss_obstacle, friction_delay, 192);
-SIZE(hybmss_obstacle, 200);
+AT(hybmss_obstacle, solid, 200);
+SIZE(hybmss_obstacle, 208);
 
 AT(hybmss_obstacle_reading, depth, 48);
 AT(hybmss_obstacle_reading, energy, 64);

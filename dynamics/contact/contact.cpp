@@ -59,11 +59,12 @@ template <class Shape>
         }
         return a;
     };
-    // The way out by an acceleration of 1 along the normal.
-    const double way = step.time_step * step.gain * dot(normal, freely(normal));
-    double push = obstacle.stiffness * would_be / (1 + obstacle.stiffness * way);
+    // The way out by an acceleration of 1 along the normal, in depth, and the push by what it is deep.
+    const double way = step.time_step * step.gain * dot(normal, freely(normal)) * surface.slope,
+                 stiffness = obstacle.stiffness * surface.slope;
+    double push = stiffness * would_be / (1 + stiffness * way);
     if (way > 0) {
-        push = std::max(push, (would_be - std::max(middle_of(shape) / 2, was)) / way);
+        push = std::max(push, stopping_push(surface, would_be - std::max(middle_of(shape) / 2, was), way));
     }
     Point acceleration = {push * normal[0], push * normal[1], push * normal[2]};
     if (has_friction(o) && push > 0) {
@@ -257,7 +258,7 @@ void Contact<T>::for_each_touch(const State<T>& state, const Visit& visit) const
                         const double mass = nodes_[n].mass;
                         Point force = to_space(pose.rotation, surface.normal);
                         for (std::size_t a = 0; a < 3; ++a) {
-                            force[a] *= -mass * obstacles_[o].stiffness * surface.distance;
+                            force[a] *= -mass * obstacles_[o].stiffness * surface.distance * surface.slope;
                             force[a] += has_friction(o) ? mass * grips_[o][n].friction[a] : 0;
                         }
                         visit(o, pose, nodes_[n], y, -surface.distance, force);

@@ -134,6 +134,10 @@ ObstacleShape checked(const ObstacleShape& shape, std::size_t obstacle) {
             refuse_obstacle(obstacle, "the axis of its capsule must be finite");
         }
     }
+    if (!is_made(shape)) {
+        refuse_obstacle(obstacle,
+                        "its hull, mesh or height field is empty: it must be made of points, triangles or heights");
+    }
     if (const auto* box = std::get_if<BoxShape>(&shape)) {
         for (const double size : box->size) {
             if (!std::isfinite(size) || !(size > 0)) {

@@ -89,11 +89,13 @@ std::vector<Obstacle> completed(std::span<const Obstacle> obstacles, double body
 /// Throws std::invalid_argument unless it is one of so many and its position is finite.
 void check_node(const SurfaceNode& node, std::size_t nodes);
 
-/// Signed distance below zero inside, where it is exact; outside a box a lower bound. `normal`: of unit length, the
-/// way out, also where several are as short: any of them.
+/// Signed distance below zero inside, where it is exact, or a field in its place; outside a lower bound. `normal`: of
+/// unit length, the way out, also where several are as short: any of them. `slope`: by how much the distance grows
+/// along it, 1 where it is exact.
 struct SurfaceDistance {
     double distance;
     Point normal;
+    double slope = 1;
 };
 
 inline double distance_to(const PlaneShape& plane, const Point& y) {
@@ -201,6 +203,7 @@ inline Symmetric curvature_at(const CapsuleShape& capsule, const Point& y) {
 struct Entry {
     double part; ///< of the way that is done there, 0 .. 1
     Point normal;
+    double slope = 1; ///< of the distance, likewise
 };
 
 inline std::optional<Entry> entry(const SphereShape& sphere, const Point& from, const Point& way) {
@@ -252,25 +255,55 @@ inline std::optional<Entry> entry(const CapsuleShape& capsule, const Point& from
     return between && (!first || in->part < first->part) ? in : first;
 }
 
+// Hulls, meshes and height fields: made_shapes.cpp. The distance of a mesh and of a height field is a field, whose
+// slope is not 1 everywhere; forces are by its very gradient.
+
+double distance_to(const HullShape& hull, const Point& y);
+SurfaceDistance surface_at(const HullShape& hull, const Point& y);
+inline Symmetric curvature_at(const HullShape&, const Point&) {
+    return {};
+}
+std::optional<Entry> entry(const HullShape& hull, const Point& from, const Point& way);
+double middle_of(const HullShape& hull);
+
+double distance_to(const MeshShape& mesh, const Point& y);
+SurfaceDistance surface_at(const MeshShape& mesh, const Point& y);
+Symmetric curvature_at(const MeshShape& mesh, const Point& y);
+std::optional<Entry> entry(const MeshShape& mesh, const Point& from, const Point& way);
+double middle_of(const MeshShape& mesh);
+
+double distance_to(const HeightShape& ground, const Point& y);
+SurfaceDistance surface_at(const HeightShape& ground, const Point& y);
+Symmetric curvature_at(const HeightShape& ground, const Point& y);
+
+/// Whether it has the data that its functions look at.
+bool is_made(const ObstacleShape& shape);
+
 /// How deep a point is at the end of a straight way, and the way out: the nearest, unless it came in by another side or
 /// has gone through, for then it is back there. Above zero: it touches nothing.
 template <class Shape>
 SurfaceDistance surface_after(const Shape& shape, const Point& from, const Point& to) {
     const SurfaceDistance end = surface_at(shape, to);
-    if constexpr (std::is_same_v<Shape, PlaneShape>) {
+    if constexpr (std::is_same_v<Shape, PlaneShape> || std::is_same_v<Shape, HeightShape>) {
         return end;
     } else {
         const Point way = plus(to, -1, from);
         SurfaceDistance back = surface_at(shape, from);
         if (back.distance < 0) {
-            back.distance += dot(way, back.normal);
+            back.distance += back.slope * dot(way, back.normal);
         } else if (const std::optional<Entry> in = entry(shape, from, way)) {
-            back = {(1 - in->part) * dot(way, in->normal), in->normal};
+            back = {(1 - in->part) * in->slope * dot(way, in->normal), in->normal, in->slope};
         } else {
             return end;
         }
         return end.distance < 0 && dot(end.normal, back.normal) > 0 ? end : back;
     }
+}
+
+/// What takes back `depth`, where an acceleration of 1 takes `way`. Where the distance has hardly a slope, as in the
+/// middle between two sides, it would be without bound: no more than where it has half of one.
+inline double stopping_push(const SurfaceDistance& surface, double depth, double way) {
+    return depth / way * (surface.slope < 0.5 ? 2 * surface.slope : 1);
 }
 
 /// The depth in m from where the way out may be on the other side.
@@ -285,6 +318,9 @@ inline double middle_of(const BoxShape& box) {
 }
 inline double middle_of(const CapsuleShape& capsule) {
     return capsule.radius;
+}
+inline double middle_of(const HeightShape&) {
+    return std::numeric_limits<double>::infinity();
 }
 
 } // namespace hybmss

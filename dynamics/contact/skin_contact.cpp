@@ -198,11 +198,12 @@ void SkinContact<T>::step_vertex(const Shape& shape, std::size_t o, const RigidP
         }
         return a;
     };
-    // The way out by an acceleration of 1 of all points around.
-    const double way = dt * gain * vertex.response * dot(normal, freely(normal));
-    double push = obstacle.stiffness * would_be / (1 + obstacle.stiffness * way);
+    // The way out by an acceleration of 1 of all points around, in depth, and the push by what it is deep.
+    const double way = dt * gain * vertex.response * dot(normal, freely(normal)) * surface.slope,
+                 stiffness = obstacle.stiffness * surface.slope;
+    double push = stiffness * would_be / (1 + stiffness * way);
     if (way > 0) {
-        push = std::max(push, (would_be - std::max(middle_of(shape) / 2, was)) / way);
+        push = std::max(push, stopping_push(surface, would_be - std::max(middle_of(shape) / 2, was), way));
     }
     touch.acceleration = plus({}, push, normal);
     if (obstacle.friction > 0 && push > 0) {

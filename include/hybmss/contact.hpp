@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// Rigid obstacles that a body touches: planes, spheres, boxes and capsules, with Coulomb friction.
+/// Rigid obstacles that a body touches, with Coulomb friction: planes, spheres, boxes, capsules, convex hulls, closed
+/// meshes and height fields.
 
 #include "hybmss/export.h"
 #include "hybmss/lattice.hpp"
@@ -10,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <variant>
 #include <vector>
@@ -55,7 +57,65 @@ struct CapsuleShape {
     double radius = 1;                      ///< m, > 0
     bool operator==(const CapsuleShape&) const = default;
 };
-using ObstacleShape = std::variant<PlaneShape, SphereShape, BoxShape, CapsuleShape>;
+
+// Shapes that are made once. Copies share what was made, and may be used by obstacles of many bodies and by several
+// threads at once. One without data, as the default constructor leaves it, is refused as an obstacle's.
+
+struct ConvexHull;
+struct DistanceField;
+struct HeightField;
+
+/// All that is within the convex hull of points. Inside, the way out is that of the nearest face.
+struct HYBMSS_EXPORT HullShape {
+    HullShape() = default;
+    /// m, in the obstacle's axes; what is inside, or a 1e-7th of the extent from a face, makes no face. Throws
+    /// std::invalid_argument for points that are not finite or lie in a plane, and for a hull of more than 4096
+    /// triangles: each node that is near takes a pass over the faces.
+    explicit HullShape(std::span<const std::array<double, 3>> points);
+    std::span<const std::array<double, 3>> points() const; ///< those given
+    bool operator==(const HullShape& other) const;
+
+    std::shared_ptr<const ConvexHull> hull;
+};
+
+/// What a closed mesh of triangles encloses, by its signed distance on a grid of cubes: quadratic B-splines through the
+/// grid's nodes, so that forces are continuous, and planes are met exactly. What is smaller than a cell of the grid is
+/// lost, and edges are rounded by one. Where two sides are as near, the force becomes less.
+struct HYBMSS_EXPORT MeshShape {
+    MeshShape() = default;
+    /// m, in the obstacle's axes; triangles of vertices' numbers, all of the same turn. Vertices at the very same place
+    /// are one. `cells`: of the grid, along the longest side of the mesh's box, 4 to 256. Takes some microseconds and 8
+    /// bytes for each node of the grid. Throws std::invalid_argument for what is not finite, for triangles of no area
+    /// or of vertices that do not exist, and for a mesh that is not closed: where an edge does not belong to two
+    /// triangles of the same turn.
+    MeshShape(std::span<const std::array<double, 3>> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+              int cells = 64);
+    std::span<const std::array<double, 3>> vertices() const; ///< those given
+    std::span<const std::array<std::uint32_t, 3>> triangles() const;
+    int cells() const;
+    bool operator==(const MeshShape& other) const;
+
+    std::shared_ptr<const DistanceField> field;
+};
+
+/// All that is below heights along the obstacle's y axis, given on a grid in x and z that begins at its position:
+/// quadratic B-splines which meet the heights, and planes everywhere. Beyond its border the ground is level, as high as
+/// there. Depth is that along y, times the cosine of the field's mean slope.
+struct HYBMSS_EXPORT HeightShape {
+    HeightShape() = default;
+    /// m. `counts`: of heights along x and z, at least 2; `spacing`: m, of the grid along them, > 0; `heights`: m, x
+    /// fastest. Throws std::invalid_argument for anything else, and for what is not finite.
+    HeightShape(const std::array<std::size_t, 2>& counts, const std::array<double, 2>& spacing,
+                std::span<const double> heights);
+    std::array<std::size_t, 2> counts() const;
+    std::array<double, 2> spacing() const;
+    std::span<const double> heights() const; ///< those given
+    bool operator==(const HeightShape& other) const;
+
+    std::shared_ptr<const HeightField> field;
+};
+
+using ObstacleShape = std::variant<PlaneShape, SphereShape, BoxShape, CapsuleShape, HullShape, MeshShape, HeightShape>;
 
 /// Where a rigid obstacle is and how it moves on.
 struct RigidPose {

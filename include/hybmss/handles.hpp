@@ -61,6 +61,7 @@ private:
 using Body = Handle<hybmss_body, hybmss_body_destroy>;
 using Plan = Handle<hybmss_plan, hybmss_plan_destroy>;
 using Skin = Handle<hybmss_skin, hybmss_skin_destroy>;
+using Solid = Handle<hybmss_solid, hybmss_solid_destroy>;
 using Dynamics = Handle<hybmss_dynamics, hybmss_dynamics_destroy>;
 using Equilibrium = Handle<hybmss_equilibrium, hybmss_equilibrium_destroy>;
 using World = Handle<hybmss_world, hybmss_world_destroy>;

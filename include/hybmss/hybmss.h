@@ -418,11 +418,28 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_critical_time_step(const hybmss_dyna
 
 typedef int32_t hybmss_shape;
 enum {
-    HYBMSS_PLANE = 0,  /* dimensions: the normal, to where the body is, of any length */
-    HYBMSS_SPHERE = 1, /* dimensions[0]: the radius, m */
-    HYBMSS_BOX = 2,    /* dimensions: the lengths of the edges, m */
-    HYBMSS_CAPSULE = 3 /* dimensions[0]: the radius, m; [1]: the length of its axis, along the obstacle's y, m, >= 0 */
+    HYBMSS_PLANE = 0,   /* dimensions: the normal, to where the body is, of any length */
+    HYBMSS_SPHERE = 1,  /* dimensions[0]: the radius, m */
+    HYBMSS_BOX = 2,     /* dimensions: the lengths of the edges, m */
+    HYBMSS_CAPSULE = 3, /* dimensions[0]: the radius, m; [1]: the length of its axis, along the obstacle's y, m, >= 0 */
+    HYBMSS_SOLID = 4    /* dimensions are not used; the obstacle's `solid` tells */
 };
+
+/* A convex hull, a closed mesh or a height field, in the obstacle's axes, m. Made once: may serve any number of
+ * obstacles, bodies and threads, and be destroyed where obstacles of it are in use. */
+typedef struct hybmss_solid hybmss_solid;
+
+/* HullShape: the convex hull of points, x y z each. */
+HYBMSS_EXPORT hybmss_status hybmss_solid_create_hull(const double* points, size_t count, hybmss_solid** solid);
+/* MeshShape: vertices and triangles as for hybmss_skin_create(), closed; `cells`: of the grid on which distances are
+ * kept, along the longest side, 4 to 256; 0: 64. */
+HYBMSS_EXPORT hybmss_status hybmss_solid_create_mesh(const double* vertices, size_t vertex_count,
+                                                     const uint32_t* triangles, size_t triangle_count, int32_t cells,
+                                                     hybmss_solid** solid);
+/* HeightShape: heights along y, x fastest, then z; counts and spacings (m) along x and z. */
+HYBMSS_EXPORT hybmss_status hybmss_solid_create_heights(const double* heights, const size_t counts[2],
+                                                        const double spacing[2], hybmss_solid** solid);
+HYBMSS_EXPORT void hybmss_solid_destroy(hybmss_solid* solid);
 
 typedef struct hybmss_pose {
     double position[3];         /* m */
@@ -435,9 +452,10 @@ typedef struct hybmss_obstacle {
     hybmss_shape shape;
     double dimensions[3];
     hybmss_pose pose;
-    double friction;       /* Coulomb's coefficient, >= 0 */
-    double stiffness;      /* 1/s^2, a kg of a node; 0: by the body's critical time step */
-    double friction_delay; /* s; 0: likewise */
+    double friction;           /* Coulomb's coefficient, >= 0 */
+    double stiffness;          /* 1/s^2, a kg of a node; 0: by the body's critical time step */
+    double friction_delay;     /* s; 0: likewise */
+    const hybmss_solid* solid; /* of HYBMSS_SOLID; else not used */
 } hybmss_obstacle;
 
 typedef struct hybmss_obstacle_reading {
@@ -598,6 +616,21 @@ HYBMSS_EXPORT hybmss_status hybmss_world_place(hybmss_world* world, size_t numbe
 /* As hybmss_dynamics_remove_cells, which is not for bodies of a world: steps refuse them then. */
 HYBMSS_EXPORT hybmss_status hybmss_world_remove_cells(hybmss_world* world, size_t number, const hybmss_body* body,
                                                       const uint32_t* cells, size_t count, size_t* removed);
+
+/* A part of a body that has become a body: its number, and handles of its own, to be destroyed: what it is made of, a
+ * lattice on the same grid, and the body lent. */
+typedef struct hybmss_body_part {
+    size_t number;
+    hybmss_body* body;
+    hybmss_dynamics* dynamics;
+} hybmss_body_part;
+
+/* World::split_parts(): parts of a body of cells that have no node in common become bodies of their own, with their
+ * places, velocities, attachments and contacts; the largest stays. Sets `count` and writes as many `parts`, at most
+ * `capacity`: where there are more it fails, and nothing has changed. `body`: what the body was made of. */
+HYBMSS_EXPORT hybmss_status hybmss_world_split_parts(hybmss_world* world, size_t number, const hybmss_body* body,
+                                                     const hybmss_plan_options* options, hybmss_body_part* parts,
+                                                     size_t capacity, size_t* count);
 /* Replaces the contacts. */
 HYBMSS_EXPORT hybmss_status hybmss_world_set_contacts(hybmss_world* world, const hybmss_body_contact* contacts,
                                                       size_t count);

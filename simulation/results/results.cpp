@@ -199,11 +199,10 @@ std::vector<VtuObstacle> drawn_obstacles(const Simulation& simulation) {
             size = {sphere->radius, 0, 0};
         } else if (const auto* box = std::get_if<BoxShape>(&shape)) {
             size = box->size;
-        } else {
-            const auto& capsule = std::get<CapsuleShape>(shape);
-            const double length = std::hypot(capsule.axis[0], capsule.axis[1], capsule.axis[2]);
-            size = {capsule.radius, length, 0};
-            rotation = product(rotation, from_y_to(capsule.axis));
+        } else if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
+            const double length = std::hypot(capsule->axis[0], capsule->axis[1], capsule->axis[2]);
+            size = {capsule->radius, length, 0};
+            rotation = product(rotation, from_y_to(capsule->axis));
         }
         drawn.push_back({static_cast<double>(shape.index()), size, poses[o].position, rotation});
     }

@@ -18,9 +18,9 @@ using Vector3 = std::array<double, 3>;
 
 /// A rigid obstacle: what it is, how large, and where.
 struct VtuObstacle {
-    double kind; ///< 0: plane, 1: sphere, 2: box, 3: capsule
+    double kind; ///< 0: plane, 1: sphere, 2: box, 3: capsule, 4: hull, 5: mesh, 6: height field
     /// The plane's normal; the sphere's radius, 0, 0; the box's edges; the capsule's radius, its axis' length, along y,
-    /// 0.
+    /// 0; of others 0, 0, 0.
     Vector3 size;
     Vector3 position;
     std::array<double, 9> rotation; ///< row by row: from the obstacle's axes to space

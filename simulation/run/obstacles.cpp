@@ -1,5 +1,7 @@
 #include "simulation/run/boundary_conditions.hpp"
 
+#include "dynamics/contact/obstacle_geometry.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,6 +24,10 @@ std::array<double, 9> rotation_about(int axis, double angle) {
     r[3 * j + i] = std::sin(angle);
     r[3 * i + j] = -r[3 * j + i];
     return r;
+}
+
+double middle_depth(const ObstacleShape& shape) {
+    return std::visit([](const auto& made) { return middle_of(made); }, shape);
 }
 
 /// Nodes alone touch obstacles, and a node in an obstacle is pushed out on the nearest side.
@@ -48,12 +54,25 @@ void check_size(const Scene& scene, std::size_t number) {
                           "every edge must be at least the cell size, " + std::to_string(h) +
                               " m, long: the body's nodes may pass through a thinner box, or it between them");
     }
+    if (!is_made(shape)) {
+        throw scene_error(scene, path + std::string(shape_key(shape)),
+                          "it is empty: it must have points, triangles or heights");
+    }
+    if (std::holds_alternative<HullShape>(shape) || std::holds_alternative<MeshShape>(shape)) {
+        const double across = 2 * middle_depth(shape);
+        if (across < h) {
+            throw scene_error(scene, path + std::string(shape_key(shape)),
+                              "it is " + std::to_string(across) + " m thick: it must be at least the cell size, " +
+                                  std::to_string(h) + " m, or it slips between the body's nodes");
+        }
+    }
 }
 
 } // namespace
 
 std::string_view shape_key(const ObstacleShape& shape) {
-    return std::array<std::string_view, 4>{"plane", "sphere", "box", "capsule"}[shape.index()];
+    return std::array<std::string_view, 7>{
+        "plane", "sphere", "box", "capsule", "hull", "mesh", "height"}[shape.index()];
 }
 
 Obstacles::Obstacles(const Scene& scene, double body_time_step)
@@ -141,16 +160,7 @@ double Obstacles::steps_to_press() const {
 }
 
 double Obstacles::greatest_good_depth(std::size_t obstacle) const {
-    const ObstacleShape& shape = obstacles_[obstacle].shape;
-    double middle = std::numeric_limits<double>::infinity();
-    if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
-        middle = sphere->radius;
-    } else if (const auto* box = std::get_if<BoxShape>(&shape)) {
-        middle = *std::min_element(box->size.begin(), box->size.end()) / 2;
-    } else if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
-        middle = capsule->radius;
-    }
-    return std::min(cell_size_, middle / 2);
+    return std::min(cell_size_, middle_depth(obstacles_[obstacle].shape) / 2);
 }
 
 } // namespace hybmss

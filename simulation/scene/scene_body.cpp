@@ -1,6 +1,7 @@
 #include "simulation/scene/scene_body.hpp"
 
 #include "layouts/messages.hpp"
+#include "layouts/read_file.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <utility>
 
 namespace hybmss {
@@ -275,6 +277,62 @@ void read_label_surface(Scene& scene, const Label& label, const std::filesystem:
     }
 }
 
+/// A row of numbers a line, with blanks or commas between; lines that begin with # are none.
+HeightShape read_heights(const std::filesystem::path& path, double spacing) {
+    std::istringstream lines(read_file(path, Readable::regular_file, std::uintmax_t{1} << 30));
+    std::vector<double> heights;
+    std::size_t rows = 0, columns = 0, number = 0;
+    for (std::string line; std::getline(lines, line);) {
+        ++number;
+        std::replace_if(
+            line.begin(), line.end(), [](char c) { return c == ',' || c == '\r'; }, ' ');
+        std::istringstream words(line[0] == '#' ? std::string() : line);
+        const std::size_t before = heights.size();
+        for (std::string word; words >> word;) {
+            if (!parse_number(word, heights.emplace_back())) {
+                throw std::runtime_error(printed("line %zu: %s is no number", number, one_line(word).c_str()));
+            }
+        }
+        const std::size_t found = heights.size() - before;
+        if (found > 0 && found != (columns == 0 ? found : columns)) {
+            throw std::runtime_error(printed("line %zu has %zu numbers, those before it %zu", number, found, columns));
+        }
+        columns = found > 0 ? found : columns;
+        rows += found > 0 ? 1 : 0;
+    }
+    return HeightShape({columns, rows}, {spacing, spacing}, heights);
+}
+
+void read_obstacle_files(Scene& scene, const std::filesystem::path& folder) {
+    for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+        const ObstacleSource& source = scene.obstacles[o].source;
+        ObstacleShape& shape = scene.obstacles[o].shape;
+        if (source.file.empty()) {
+            continue;
+        }
+        const bool is_hull = std::holds_alternative<HullShape>(shape),
+                   is_mesh = std::holds_alternative<MeshShape>(shape);
+        try {
+            if (is_hull) {
+                shape = HullShape(read_surface(folder / source.file).vertices);
+            } else if (is_mesh) {
+                const TriangleSurface surface = read_surface(folder / source.file);
+                shape = MeshShape(surface.vertices, surface.triangles, source.cells);
+            } else {
+                shape = read_heights(folder / source.file, source.spacing);
+            }
+        } catch (const std::exception& error) {
+            throw scene_error(scene,
+                              "obstacle[" + std::to_string(o) + "]." +
+                                  (is_hull   ? "hull"
+                                   : is_mesh ? "mesh"
+                                             : "height") +
+                                  ".file",
+                              error.what());
+        }
+    }
+}
+
 } // namespace
 
 void read_body_files(Scene& scene) {
@@ -303,6 +361,7 @@ void read_body_files(Scene& scene) {
             throw scene_error(scene, key, error.what());
         }
     }
+    read_obstacle_files(scene, folder);
     for (std::size_t a = 0; a < 3; ++a) {
         scene.body.origin[a] += scene.body.place.translate[a];
     }

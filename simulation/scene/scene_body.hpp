@@ -21,8 +21,8 @@ Lattice scene_lattice(const Scene& scene);
 /// The key that gives the body: "body.cells", "body.voxels" or "body.surface".
 std::string body_key(const SceneBody& body);
 
-/// Reads the voxels or the surface that the body names, if any, into its cells and labels. Throws SceneError with the
-/// line of the key, the file's name and what is wrong.
+/// Reads the voxels or the surface that the body names, if any, into its cells and labels, and what obstacles name into
+/// their shapes. Throws SceneError with the line of the key, the file's name and what is wrong.
 void read_body_files(Scene& scene);
 
 using Vector3 = std::array<double, 3>;

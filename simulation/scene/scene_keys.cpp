@@ -553,6 +553,14 @@ constexpr Key<SceneObstacle> kObstacleKeys[] = {
      "none", "a cuboid", field<BoxFormat, Cuboid>},
     {"capsule", "", words("{from = [x, y, z], to = [x, y, z], radius = r}, r at least the cell size"), "none",
      "a rod with round ends", field<TableFormat<kCapsule>, Capsule>},
+    {"hull", "",
+     words("{points = [[x, y, z], ...]} or {file = path}, also at = [x, y, z]; nowhere thinner than a cell"), "none",
+     "the convex hull of points", field<TableFormat<kHull>, Made<HullShape>>},
+    {"mesh", "", words("{file = path}, also cells = n, at = [x, y, z]; somewhere as thick as a cell"), "none",
+     "what a closed mesh encloses", field<TableFormat<kMesh>, Made<MeshShape>>},
+    {"height", "",
+     words("{rows = [[height, ...], ...], spacing = s} or {file = path, spacing = s}, also at = [x, y, z]"), "none",
+     "all that is below a height field", field<TableFormat<kHeight>, Made<HeightShape>>},
     {"friction", "", kFrom0To1e9, "0", "Coulomb's coefficient, sticking and sliding", member<&SceneObstacle::friction>},
     {"stiffness", "Pa/m", above(0, 1e30, "above 0 and at most 1e30"),
      "8 density cell_size / dt^2, dt the body's own stable step",
@@ -565,15 +573,15 @@ constexpr Key<SceneObstacle> kObstacleKeys[] = {
 };
 
 void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
-    const int shapes = given.count("plane", "sphere", "box", "capsule");
+    constexpr std::array kShapes = {"plane", "sphere", "box", "capsule", "hull", "mesh", "height"};
+    const auto has = [&](const char* shape) { return given.has(shape); };
+    const auto shapes = std::count_if(kShapes.begin(), kShapes.end(), has);
     if (shapes == 0) {
-        given.missing("plane", "or sphere, box or capsule must be given");
+        given.missing("plane", "or sphere, box, capsule, hull, mesh or height must be given");
     }
     if (shapes > 1) {
-        given.refuse(given.has("capsule") ? "capsule"
-                     : given.has("box")   ? "box"
-                                          : "sphere",
-                     "only one of plane, sphere, box and capsule may be given");
+        given.refuse(*std::find_if(kShapes.rbegin(), kShapes.rend(), has),
+                     "only one of plane, sphere, box, capsule, hull, mesh and height may be given");
     }
     if (!given.has("name")) {
         obstacle.name = "obstacle_" + std::to_string(given.scene.obstacles.size());
@@ -591,7 +599,7 @@ void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
 constexpr KeyTable<SceneObstacle> kObstacle = {
     "obstacle",
     "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere`, "
-    "`box` and `capsule`. By any method; `static` and `backward-euler` without friction.",
+    "`box`, `capsule`, `hull`, `mesh` and `height`. By any method; `static` and `backward-euler` without friction.",
     kObstacleKeys, complete_obstacle};
 
 // -- [solver], [output] and [[probe]]
@@ -803,6 +811,9 @@ constexpr SceneTable kTables[] = {
     inner<kPlane>(),
     inner<kBall>(),
     inner<kCapsule>(),
+    inner<kHull>(),
+    inner<kMesh>(),
+    inner<kHeight>(),
 };
 
 } // namespace

@@ -77,6 +77,13 @@ struct NumberInTimeFormat {
     static void check(const Check& check, const NumberInTime& number);
     static SceneValue write(const NumberInTime& number, const Range& range);
 };
+/// Rows of numbers, of any length each.
+struct RowsFormat {
+    static constexpr std::string_view kType = "rows of numbers";
+    static std::vector<std::vector<double>> read(const Given& given);
+    static void check(const Check& check, const std::vector<std::vector<double>>& rows);
+    static SceneValue write(const std::vector<std::vector<double>>& rows, const Range& range);
+};
 struct FlagFormat {
     static constexpr std::string_view kType = "boolean";
     static bool read(const Given& given) { return given.as<bool>(); }
@@ -212,11 +219,12 @@ private:
     }
 };
 /// A member whose 0, or empty text, means that the key is not given.
-template <auto member>
-struct Unless0 : Member<member> {
-    using typename Member<member>::Owner, typename Member<member>::Stored;
+template <auto... path>
+struct Unless0 : Member<path...> {
+    using typename Member<path...>::Owner, typename Member<path...>::Stored;
     static std::optional<Stored> get(const Owner& owner) {
-        return owner.*member == Stored{} ? std::nullopt : std::optional<Stored>(owner.*member);
+        const Stored& value = Member<path...>::of(owner);
+        return value == Stored{} ? std::nullopt : std::optional<Stored>(value);
     }
 };
 /// One of the types that a variant may hold: a member, or the owner itself, a region.

@@ -6,11 +6,13 @@
 
 #include "simulation/scene/scene_keys.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -213,6 +215,56 @@ struct Capsule {
     }
 };
 
+/// A hull, a mesh or a height field about the obstacle's position.
+struct MadeKeys {
+    ObstacleShape shape; ///< made where the scene has the data itself; else without any, until its file is read
+    Vector3 at = {0, 0, 0};
+    ObstacleSource source = {};
+    std::vector<std::vector<double>> rows = {}; ///< points, or heights
+};
+inline std::vector<std::vector<double>> rows_of(const HullShape& hull) {
+    std::vector<std::vector<double>> rows;
+    for (const Vector3& point : hull.points()) {
+        rows.push_back({point.begin(), point.end()});
+    }
+    return rows;
+}
+inline std::vector<std::vector<double>> rows_of(const MeshShape&) {
+    return {};
+}
+inline std::vector<std::vector<double>> rows_of(const HeightShape& ground) {
+    std::vector<std::vector<double>> rows(ground.counts()[1]);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        const auto row = ground.heights().subspan(k * ground.counts()[0], ground.counts()[0]);
+        rows[k].assign(row.begin(), row.end());
+    }
+    return rows;
+}
+template <class Shape>
+struct Made {
+    using Owner = SceneObstacle;
+    static std::optional<MadeKeys> get(const SceneObstacle& obstacle) {
+        const auto* shape = std::get_if<Shape>(&obstacle.shape);
+        if (!shape) {
+            return std::nullopt;
+        }
+        MadeKeys keys{*shape, obstacle.position, obstacle.source};
+        if (keys.source.file.empty()) {
+            keys.rows = rows_of(*shape);
+        }
+        if constexpr (std::is_same_v<Shape, HeightShape>) {
+            keys.source.spacing = shape->field ? shape->spacing()[0] : keys.source.spacing;
+        }
+        return keys;
+    }
+    static void set(SceneObstacle& obstacle, MadeKeys keys) {
+        // One that waits for its file must tell of which kind it is.
+        obstacle.shape = std::holds_alternative<Shape>(keys.shape) ? std::move(keys.shape) : Shape{};
+        obstacle.position = keys.at;
+        obstacle.source = std::move(keys.source);
+    }
+};
+
 inline constexpr Key<HalfSpace> kPlaneKeys[] = {
     {"point", "m", kBounded, "required", "a point of it", member<&HalfSpace::point>},
     {"normal", "", from(-1e9, 1e9, "three numbers, not all 0, each at most 1e9 in size"), "required",
@@ -235,5 +287,88 @@ inline constexpr Key<CapsuleEnds> kCapsuleKeys[] = {
 };
 inline constexpr KeyTable<CapsuleEnds> kCapsule = {"obstacle.capsule", "The value of `capsule`: a rod with round ends.",
                                                    kCapsuleKeys};
+
+inline constexpr Range kSurfacePath = words("the path of an STL, OBJ, PLY or glTF file, from the scene's folder on");
+
+/// Makes the shape of the keys' rows; of a file, later.
+template <class Make>
+void complete_made(const GivenTable& given, std::string_view key, MadeKeys& keys, const Make& make) {
+    if (given.count(key, "file") == 0) {
+        given.missing(key, "or file must be given");
+    }
+    if (given.count(key, "file") == 2) {
+        given.refuse("file", "only one of " + std::string(key) + " and file may be given");
+    }
+    if (given.has(key)) {
+        const auto uneven = std::find_if(keys.rows.begin(), keys.rows.end(), [&](const auto& row) {
+            return row.size() != (key == "points" ? 3 : keys.rows[0].size());
+        });
+        if (uneven != keys.rows.end()) {
+            given.refuse(key, "row " + std::to_string(uneven - keys.rows.begin()) + " has " +
+                                  std::to_string(uneven->size()) + " numbers: each must have " +
+                                  std::to_string(key == "points" ? 3 : keys.rows[0].size()));
+        }
+        try {
+            make();
+        } catch (const std::invalid_argument& error) {
+            given.refuse(key, error.what());
+        }
+    }
+}
+
+inline void complete_hull(const GivenTable& given, MadeKeys& keys) {
+    complete_made(given, "points", keys, [&] {
+        std::vector<Vector3> points;
+        for (const std::vector<double>& row : keys.rows) {
+            points.push_back({row[0], row[1], row[2]});
+        }
+        keys.shape = HullShape(points);
+    });
+}
+inline void complete_heights(const GivenTable& given, MadeKeys& keys) {
+    complete_made(given, "rows", keys, [&] {
+        std::vector<double> heights;
+        for (const std::vector<double>& row : keys.rows) {
+            heights.insert(heights.end(), row.begin(), row.end());
+        }
+        keys.shape = HeightShape({keys.rows.empty() ? 0 : keys.rows[0].size(), keys.rows.size()},
+                                 {keys.source.spacing, keys.source.spacing}, heights);
+    });
+}
+
+inline constexpr Key<MadeKeys> kHullKeys[] = {
+    {"points", "m", from(-1e9, 1e9, "[[x, y, z], ...], four or more, each number at most 1e9 in size"), "none",
+     "solid is all between them", field<RowsFormat, Unless0<&MadeKeys::rows>>},
+    {"file", "", kSurfacePath, "none", "or the vertices of a file",
+     field<TextFormat, Unless0<&MadeKeys::source, &ObstacleSource::file>>},
+    {"at", "m", kBounded, "[0, 0, 0]", "where their origin lies", member<&MadeKeys::at>},
+};
+inline constexpr KeyTable<MadeKeys> kHull = {
+    "obstacle.hull", "The value of `hull`: the convex hull of points. It has `points` or `file`.", kHullKeys,
+    complete_hull};
+
+inline constexpr Key<MadeKeys> kMeshKeys[] = {
+    {"file", "", kSurfacePath, "required", "a closed mesh: each edge belongs to two triangles of the same turn",
+     field<TextFormat, Unless0<&MadeKeys::source, &ObstacleSource::file>>},
+    {"cells", "", from(4, 256, "an integer, at least 4 and at most 256"), "64",
+     "of the grid on which distances are kept, along the longest side; edges are rounded by one",
+     member<&MadeKeys::source, &ObstacleSource::cells>},
+    {"at", "m", kBounded, "[0, 0, 0]", "where its origin lies", member<&MadeKeys::at>},
+};
+inline constexpr KeyTable<MadeKeys> kMesh = {"obstacle.mesh", "The value of `mesh`: what a closed mesh encloses.",
+                                             kMeshKeys};
+
+inline constexpr Key<MadeKeys> kHeightKeys[] = {
+    {"rows", "m", from(-1e9, 1e9, "[[height, ...], ...], two or more of two or more, each at most 1e9 in size"), "none",
+     "heights along y: a row along x, one row after the other along z", field<RowsFormat, Unless0<&MadeKeys::rows>>},
+    {"file", "", words("the path of a text file with a row of numbers a line, from the scene's folder on"), "none",
+     "or a file of them", field<TextFormat, Unless0<&MadeKeys::source, &ObstacleSource::file>>},
+    {"spacing", "m", above(0, 1e9, "above 0 and at most 1e9"), "required", "between them along x and z",
+     member<&MadeKeys::source, &ObstacleSource::spacing>},
+    {"at", "m", kBounded, "[0, 0, 0]", "where the first one stands, at height 0", member<&MadeKeys::at>},
+};
+inline constexpr KeyTable<MadeKeys> kHeight = {
+    "obstacle.height", "The value of `height`: all that is below a height field. It has `rows` or `file`.", kHeightKeys,
+    complete_heights};
 
 } // namespace hybmss::scene_format

@@ -205,6 +205,15 @@ void require_writable(const Scene& scene) {
         (!scene.body.labels.empty() || scene.body.origin != scene.body.place.translate)) {
         throw scene_error(scene, "body.cells", "labels and an origin that come from no file cannot be written");
     }
+    for (const SceneObstacle& obstacle : scene.obstacles) {
+        const auto* const ground = std::get_if<HeightShape>(&obstacle.shape);
+        if (obstacle.source.file.empty() && (std::holds_alternative<MeshShape>(obstacle.shape) ||
+                                             (ground && ground->spacing()[0] != ground->spacing()[1]))) {
+            throw scene_error(scene, "obstacle",
+                              "a mesh, or heights of two spacings, that come from no file cannot be "
+                              "written");
+        }
+    }
 }
 
 /// `more`: a line of its own, or "".

@@ -160,8 +160,8 @@ void read_rows(const Given& given, std::vector<std::array<double, N>>& table) {
     check_rows(given, table);
 }
 
-template <std::size_t N>
-SceneValue written_rows(const std::vector<std::array<double, N>>& table) {
+template <class Row>
+SceneValue written_rows(const std::vector<Row>& table) {
     SceneValue::Array rows;
     for (const auto& row : table) {
         SceneValue::Array numbers;
@@ -213,6 +213,32 @@ void NumberInTimeFormat::check(const Check& check, const NumberInTime& number) {
 
 SceneValue NumberInTimeFormat::write(const NumberInTime& number, const Range&) {
     return number.table.empty() ? SceneValue{number.constant} : written_rows(number.table);
+}
+
+std::vector<std::vector<double>> RowsFormat::read(const Given& given) {
+    std::vector<std::vector<double>> rows;
+    for (const SceneValue& item : given.as<SceneValue::Array>()) {
+        const auto* const row = item.as<SceneValue::Array>();
+        if (!row) {
+            given.refuse();
+        }
+        std::vector<double>& numbers = rows.emplace_back();
+        std::transform(row->begin(), row->end(), std::back_inserter(numbers),
+                       [&](const SceneValue& v) { return given.number(v); });
+    }
+    return rows;
+}
+
+void RowsFormat::check(const Check& check, const std::vector<std::vector<double>>& rows) {
+    for (const std::vector<double>& row : rows) {
+        for (const double number : row) {
+            check.number(number);
+        }
+    }
+}
+
+SceneValue RowsFormat::write(const std::vector<std::vector<double>>& rows, const Range&) {
+    return written_rows(rows);
 }
 
 std::string TextFormat::read(const Given& given) {

@@ -74,7 +74,7 @@ template <class T>
 double ContactPotential<T>::distance(const Node& node, std::size_t obstacle, const State<T>& state) const {
     const RigidPose& pose = obstacles_[obstacle].pose;
     const Point y = from_space(pose.rotation, plus(position(node, state), -1, pose.position));
-    return std::visit([&](const auto& shape) { return distance_to(shape, y); }, obstacles_[obstacle].shape);
+    return std::visit([&](const auto& shape) { return surface_at(shape, y).distance; }, obstacles_[obstacle].shape);
 }
 
 template <class T>
@@ -102,7 +102,7 @@ std::vector<ComingTouch> ContactPotential<T>::touches(const State<T>& there) con
     for_each_touch(there, [&](const Node& node, std::size_t o, const Point&, const auto&, const SurfaceDistance& at) {
         touches.push_back({node.number, static_cast<std::size_t>(&node - nodes_.data()), o,
                            to_space(obstacles_[o].pose.rotation, at.normal),
-                           node.mass * obstacles_[o].stiffness * length_unit_});
+                           node.mass * obstacles_[o].stiffness * at.slope * at.slope * length_unit_});
     });
     return touches;
 }
@@ -131,7 +131,7 @@ double ContactPotential<T>::add_gradient(const State<T>& state, NodeField<T>& gr
     for_each_touch(state, [&](const Node& node, std::size_t o, const Point&, const auto&, const SurfaceDistance& at) {
         const Point normal = to_space(obstacles_[o].pose.rotation, at.normal);
         for (std::size_t a = 0; a < 3; ++a) {
-            const double derivative = node.mass * obstacles_[o].stiffness * at.distance * normal[a];
+            const double derivative = node.mass * obstacles_[o].stiffness * at.distance * at.slope * normal[a];
             const Component<T> g = component(gradient, a);
             g.first[static_cast<std::ptrdiff_t>(node.index) * g.stride] += static_cast<T>(derivative);
             largest = std::max(largest, std::abs(derivative));
@@ -140,7 +140,7 @@ double ContactPotential<T>::add_gradient(const State<T>& state, NodeField<T>& gr
     return largest;
 }
 
-// W' = m w^2 d n, W'' = m w^2 (n n^T + d n'), d < 0
+// W' = m w^2 d d', W'' = m w^2 (d' d'^T + d d''), d < 0 and d' = slope n
 template <class T>
 std::vector<TouchedNode> ContactPotential<T>::second_derivatives(const State<T>& state) const {
     std::vector<TouchedNode> nodes;
@@ -152,8 +152,8 @@ std::vector<TouchedNode> ContactPotential<T>::second_derivatives(const State<T>&
                        const Matrix& rotation = obstacles_[o].pose.rotation;
                        const double stiffness = node.mass * obstacles_[o].stiffness * length_unit_;
                        const Point normal = to_space(rotation, at.normal);
-                       add_square(stiffness, normal, nodes.back().along);
-                       add_square(stiffness, normal, nodes.back().whole);
+                       add_square(stiffness * at.slope * at.slope, normal, nodes.back().along);
+                       add_square(stiffness * at.slope * at.slope, normal, nodes.back().whole);
                        const Symmetric curvature = to_space(rotation, curvature_at(shape, y));
                        for (std::size_t e = 0; e < 6; ++e) {
                            nodes.back().whole[e] += stiffness * at.distance * curvature[e];
@@ -169,7 +169,7 @@ std::vector<ObstacleReading> ContactPotential<T>::readings(const State<T>& state
         ObstacleReading& reading = readings[o];
         const Matrix& rotation = obstacles_[o].pose.rotation;
         const double stiffness = node.mass * obstacles_[o].stiffness;
-        const Point force = plus({}, -stiffness * at.distance, to_space(rotation, at.normal));
+        const Point force = plus({}, -stiffness * at.distance * at.slope, to_space(rotation, at.normal));
         reading.force = plus(reading.force, 1, force);
         reading.torque = plus(reading.torque, 1, cross(to_space(rotation, y), force));
         reading.nodes += 1;

@@ -692,8 +692,8 @@ static void obstacles_and_cuts(void) {
     hybmss_dynamics* dynamics = NULL;
     const double skin_vertices[9] = {1, 1, 0, 1.5, 1, 0, 1, 1.5, 0};
     const uint32_t skin_triangle[3] = {0, 2, 1};
-    hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}},
-                             0.5,          0,         0};
+    hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0.5, 0, 0,
+                             NULL};
     hybmss_obstacle_reading reading;
     hybmss_step_parameters parameters = {0, {0, 0, -0.1}, 5, HYBMSS_SYMPLECTIC_EULER};
     const uint32_t corner[2] = {0, 0}, outside = NX * NY * NZ;
@@ -779,8 +779,10 @@ static void obstacles_and_cuts(void) {
     REFUSED(hybmss_dynamics_obstacle_readings(dynamics, &reading, 2), "2 values given, 1 needed");
     REFUSED(hybmss_dynamics_obstacle_readings(dynamics, NULL, 1), "readings is null");
     REFUSED(hybmss_dynamics_obstacle_readings(NULL, &reading, 1), "dynamics is null");
-    floor.shape = 4;
-    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "shape = 4");
+    floor.shape = 5;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "shape = 5");
+    floor.shape = HYBMSS_SOLID, floor.solid = NULL;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "solid is null");
     floor.shape = HYBMSS_SPHERE;
     REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1), "radius");
     floor.shape = HYBMSS_CAPSULE, floor.dimensions[0] = 1, floor.dimensions[1] = -1;
@@ -794,6 +796,34 @@ static void obstacles_and_cuts(void) {
     EXPECT(fabs(reading.depth - 0.5) < 1e-12);
     floor.shape = HYBMSS_BOX, floor.dimensions[0] = 1, floor.dimensions[1] = 1;
     OK(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1));
+    /* the same depth in solids that are made, and destroyed while they are touched */
+    const double corners[] = {-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1};
+    const uint32_t faces[] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                              2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    const double flat[] = {1, 1, 1, 1}, spacing[] = {2, 2};
+    const size_t counts[] = {2, 2}, too_many[] = {SIZE_MAX, SIZE_MAX};
+    hybmss_solid* solids[3] = {NULL, NULL, NULL};
+    OK(hybmss_solid_create_hull(corners, 8, &solids[0]));
+    OK(hybmss_solid_create_mesh(corners, 8, faces, 12, 16, &solids[1]));
+    OK(hybmss_solid_create_heights(flat, counts, spacing, &solids[2]));
+    for (int s = 0; s < 3; ++s) {
+        floor.shape = HYBMSS_SOLID, floor.solid = solids[s];
+        floor.pose.position[1] = -0.75;
+        OK(hybmss_dynamics_set_obstacles(dynamics, body, &floor, 1));
+        hybmss_solid_destroy(solids[s]);
+        OK(hybmss_dynamics_obstacle_readings(dynamics, &reading, 1));
+        EXPECT(fabs(reading.depth - 0.25) < 1e-12);
+    }
+    hybmss_solid_destroy(NULL);
+    floor.solid = NULL;
+    REFUSED(hybmss_solid_create_hull(corners, 3, &solids[0]), "3 points given");
+    REFUSED(hybmss_solid_create_hull(corners, 8, NULL), "solid is null");
+    REFUSED(hybmss_solid_create_hull(NULL, 8, &solids[0]), "points is null");
+    REFUSED(hybmss_solid_create_mesh(corners, 8, faces, 11, 0, &solids[1]), "not closed");
+    REFUSED(hybmss_solid_create_mesh(corners, 8, faces, 12, 3, &solids[1]), "cells = 3");
+    REFUSED(hybmss_solid_create_mesh(corners, 7, faces, 12, 0, &solids[1]), "has the vertex 7");
+    REFUSED(hybmss_solid_create_heights(flat, too_many, spacing, &solids[2]), "heights are not allowed");
+    REFUSED(hybmss_solid_create_heights(NULL, counts, spacing, &solids[2]), "heights is null");
     OK(hybmss_dynamics_set_obstacles(dynamics, body, NULL, 0));
     OK(hybmss_dynamics_obstacle_readings(dynamics, NULL, 0));
     hybmss_dynamics_destroy(dynamics);
@@ -876,7 +906,7 @@ static void worlds(void) {
     EXPECT(numbers[0] == 0 && numbers[1] == 1);
 
     const hybmss_obstacle ground = {
-        HYBMSS_PLANE, {0, 1, 0}, {{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}, {0, 0, 0}}, 0.5, 0, 0};
+        HYBMSS_PLANE, {0, 1, 0}, {{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}, {0, 0, 0}}, 0.5, 0, 0, NULL};
     const hybmss_body_contact contact = {0, 1, 0.5, 0, 0};
     hybmss_body_contact_reading reading;
     hybmss_step_parameters parameters = {0};
@@ -942,6 +972,60 @@ static void worlds(void) {
     hybmss_body_destroy(cube);
 }
 
+/* The bar's middle cell goes, and its ends part. */
+static void parts_of_a_body(void) {
+    const int32_t cells[3] = {5, 1, 1};
+    hybmss_material firm = hybmss_default_material();
+    hybmss_body* bar = NULL;
+    hybmss_world* world = NULL;
+    hybmss_dynamics* whole = NULL;
+    hybmss_body_part part = {9, NULL, NULL};
+    const double origin[3] = {0, 2, 0};
+    const uint32_t middle = 2;
+    size_t number = 9, count = 9;
+    firm.density = 1000;
+    OK(hybmss_lattice_create(cells, 0.1, NULL, 0, &firm, &bar));
+    OK(hybmss_world_create(HYBMSS_DOUBLE, 1, &world));
+    OK(hybmss_world_add(world, bar, NULL, origin, &number, &whole));
+    OK(hybmss_world_split_parts(world, 0, bar, NULL, NULL, 0, &count));
+    EXPECT(count == 0);
+    OK(hybmss_world_remove_cells(world, 0, bar, &middle, 1, NULL));
+    REFUSED(hybmss_world_split_parts(world, 0, bar, NULL, NULL, 0, &count), "capacity = 0");
+    REFUSED(hybmss_world_split_parts(world, 0, bar, NULL, &part, 1, NULL), "count is null");
+    REFUSED(hybmss_world_split_parts(world, 1, bar, NULL, &part, 1, &count), "body 1 is not there");
+    EXPECT(count == 0 && part.body == NULL);
+    double v[72];
+    for (int i = 0; i < 72; ++i) {
+        v[i] = i;
+    }
+    const hybmss_const_field given = hybmss_const_double_field(v, 24, 3);
+    OK(hybmss_dynamics_set_velocities(whole, &given));
+    OK(hybmss_world_split_parts(world, 0, bar, NULL, &part, 1, &count));
+    EXPECT(count == 1 && part.number == 1);
+    OK(hybmss_body_node_count(part.body, &count));
+    EXPECT(count == 12);
+    double own[36], masses[12], sum = 0;
+    const hybmss_field field = hybmss_double_field(own, 12, 3);
+    OK(hybmss_dynamics_get_velocities(part.dynamics, &field));
+    EXPECT(own[0] == 9 && own[35] == 71); /* of node 3 of the whole, and of its last */
+    OK(hybmss_dynamics_masses(part.dynamics, masses, 12));
+    for (int n = 0; n < 12; ++n) {
+        sum += masses[n];
+    }
+    EXPECT(fabs(sum - 2) < 1e-12);
+    const hybmss_obstacle ground = {
+        HYBMSS_PLANE, {0, 1, 0}, {{0, 2.01, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0, NULL};
+    hybmss_obstacle_reading reading;
+    OK(hybmss_dynamics_set_obstacles(part.dynamics, part.body, &ground, 1)); /* where the bar was added */
+    OK(hybmss_dynamics_obstacle_readings(part.dynamics, &reading, 1));
+    EXPECT(reading.nodes == 6);
+    hybmss_world_destroy(world);
+    hybmss_dynamics_destroy(part.dynamics);
+    hybmss_dynamics_destroy(whole);
+    hybmss_body_destroy(part.body);
+    hybmss_body_destroy(bar);
+}
+
 static int stop_at_once(double fraction, int32_t iteration, double residual, void* user) {
     ++*(int*)user;
     return fraction <= 1 && iteration >= 0 && residual >= 0;
@@ -954,7 +1038,8 @@ static void equilibria(void) {
     hybmss_equilibrium_result result, untouched;
     hybmss_prescribed_node feet[(NX + 1) * (NY + 1)];
     hybmss_loading loading = {0};
-    hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0};
+    hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0,
+                             NULL};
     static double u[3 * NODES], v[3 * NODES], mapped[3 * NODES], stretches[3 * NX * NY * NZ];
     static float narrow[3 * NODES];
     static uint32_t backwards[NODES], cells[NX * NY * NZ];
@@ -1077,6 +1162,7 @@ int main(void) {
     obstacles_and_cuts();
     equilibria();
     worlds();
+    parts_of_a_body();
     allocators();
     if (failures > 0) {
         printf("%d checks failed\n", failures);

@@ -12,7 +12,9 @@ namespace hybmss {
 
 // Takes the place of the library's: what files hold is for other targets, and paths lead anywhere.
 void read_body_files(Scene& scene) {
-    if (!scene.body.voxels.empty() || !scene.body.surface.empty()) {
+    if (!scene.body.voxels.empty() || !scene.body.surface.empty() ||
+        std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
+                    [](const SceneObstacle& obstacle) { return !obstacle.source.file.empty(); })) {
         throw SceneError("files are not read here");
     }
 }

@@ -193,6 +193,75 @@ std::map<std::string, std::vector<double>> columns(const std::string& csv) {
     return all;
 }
 
+const std::string kSlab = // 3 x 1 x 3 m, its upper face at y = 0
+    "v -1 -1 -1\nv 2 -1 -1\nv -1 0 -1\nv 2 0 -1\nv -1 -1 2\nv 2 -1 2\nv -1 0 2\nv 2 0 2\n"
+    "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+
+/// A cube at rest on the same ground, told as a box, a hull, a mesh and heights, from files and not; and the balance.
+TEST(ContactScene, hulls_meshes_and_heights_bear_a_cube) {
+    const test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "slab.obj", kSlab);
+    test::write_text(directory.path() / "flat.txt", "# heights\n0 0,0\n\n0, 0 0\r\n0 0 0\n");
+    const auto scene_of = [&](const std::string& shape) {
+        test::write_text(directory.path() / "s.toml",
+                         kCube + kMetered + "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 20\n" +
+                             "[[obstacle]]\n" + shape + "\nfriction = 0.5\n[solver]\nduration = 1\n");
+        return load_scene((directory.path() / "s.toml").string());
+    };
+    std::vector<double> forces, depths;
+    for (const std::string shape :
+         {"box = [[-1, -1, -1], [2, 0, 2]]",
+          "hull = {points = [[-1, 0, -1], [2, 0, -1], [-1, 0, 2], [2, 0, 2], [0.5, -1, 0.5]]}",
+          "hull = {file = \"slab.obj\"}", "mesh = {file = \"slab.obj\", cells = 24}",
+          "height = {rows = [[0, 0], [0, 0]], spacing = 3, at = [-1, 0, -1]}",
+          "height = {file = \"flat.txt\", spacing = 1}"}) {
+        const Scene scene = scene_of(shape);
+        test::write_text(directory.path() / "again.toml", to_toml(scene));
+        EXPECT_TRUE(load_scene((directory.path() / "again.toml").string()) == scene) << to_toml(scene);
+        const Summary summary = Simulation(scene).run();
+        EXPECT_EQ(summary.failure, "") << shape;
+        forces.push_back(summary.obstacles.at(0).reading.force[1]);
+        depths.push_back(summary.obstacles.at(0).reading.greatest_depth);
+        EXPECT_LT(summary.balance.value_or(EnergyBalance{}).relative_imbalance(), 1e-3) << shape;
+        EXPECT_NEAR(forces.back(), 640, 1) << shape;
+        EXPECT_NEAR(depths.back(), depths[0], 1e-6 * depths[0]) << shape;
+    }
+    const auto refused = [&](const std::string& shape) {
+        try {
+            Simulation simulation(scene_of(shape));
+        } catch (const SceneError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    test::write_text(directory.path() / "open.obj", kSlab.substr(0, kSlab.rfind("f ")));
+    EXPECT_NE(
+        refused("mesh = {file = \"open.obj\"}").find("mesh.file = \"open.obj\": a mesh is not closed: 4 of its edges"),
+        std::string::npos)
+        << refused("mesh = {file = \"open.obj\"}");
+    test::write_text(directory.path() / "bad.txt", "0 0\n0 x\n");
+    EXPECT_NE(refused("height = {file = \"bad.txt\", spacing = 1}").find("line 2: x is no number"), std::string::npos);
+    test::write_text(directory.path() / "bad.txt", "0 0\n\n0 1 2\n");
+    EXPECT_NE(refused("height = {file = \"bad.txt\", spacing = 1}").find("line 3 has 3 numbers, those before it 2"),
+              std::string::npos);
+    // The program, whose results hold where they stand; and an equilibrium.
+    scene_of("hull = {file = \"slab.obj\", at = [0.25, 0, 0]}");
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    const std::vector<double> drawn =
+        test::vtu_array<double>(test::read_text(directory.path() / "r/body_0000.vtu"), "obstacles");
+    EXPECT_EQ(drawn, (std::vector<double>{4, 0, 0, 0, 0.25, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
+    Scene at_rest = scene_of("height = {file = \"flat.txt\", spacing = 1}");
+    at_rest.obstacles[0].friction = 0;
+    at_rest.output.energy_balance = false;
+    at_rest.damping = {};
+    at_rest.solver = {};
+    at_rest.solver.method = SolverMethod::static_equilibrium;
+    const Summary still = Simulation(at_rest).run();
+    EXPECT_EQ(still.failure, "");
+    EXPECT_NEAR(still.obstacles.at(0).reading.force[1], 640, 0.1);
+}
+
 TEST(ContactScene, probes_csv_holds_what_obstacles_did) {
     const test::TemporaryDirectory directory;
     test::write_text(directory.path() / "s.toml",

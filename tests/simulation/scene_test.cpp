@@ -66,31 +66,34 @@ TEST(Scene, every_example_is_written_and_read_back) {
 /// What no example has.
 TEST(Scene, every_key_is_written_and_read_back) {
     const Scene scene = parse_scene(
-        test::small_scene("[[fix]]",
-                          "[[fix]]\nwhere = {node = 4}\naxes = \"zx\"\n"
-                          "[[fix]]\nwhere = {sphere = {center = [1, 2, 3], radius = 0.1}}\n"
-                          "[[move]]\nwhere = {box = [[0, 0, 0], [1e-300, 2, 3]]}\n"
-                          "rotate = {axis = \"z\", degrees = -30}\nover = 0\n"
-                          "[[cut]]\nbehind = {point = [0, 1, 2], normal = [0, 0, -1]}\nat = 1\n"
-                          "until = 2\nevery = 0.3333333333333333\nframe = \"rest\"\n"
-                          "[[cut]]\nsphere = {center = [1, 2, 3], radius = 0.5}\nat = 0.5\n"
-                          "[[obstacle]]\nsphere = {center = [1, -9, 3], radius = 0.7}\nname = \"ball\"\n"
-                          "rotate = {axis = \"x\", degrees = 1}\ntranslate = [1, 2, 3]\nstiffness = 7\n"
-                          "[[obstacle]]\ncapsule = {from = [0.1, 0.7, -3], to = [0.3, 9, 1e-3], radius = 1.5}\n"
-                          "[[obstacle]]\nbox = [[1e-6, -0.1, 0.3], [1.1, 0.2, 1e9]]\n"
-                          "[[load]]\nwhere = \"x-max\"\nforce = [1e18, -0.0, 1]\n"
-                          "[[load]]\nwhere = \"x-max\"\ntraction = [1, -0.0, 1e18]\n"
-                          "[[load]]\nwhere = \"x-max\"\nmoment = [1, 2, 3]\n"
-                          "[[load]]\nwhere = \"x-max\"\nacceleration = [[0, 1, 2, 3]]\n"
-                          "[[load]]\nwhere = \"x-max\"\nforce_density = [3, 2, 1]\n"
-                          "[[pressure]]\nwhere = \"x-max\"\npressure = 0.1\n"
-                          "[[pressure]]\nwhere = \"x-min\"\npressure = [[0, -1], [0.5, 2e5]]\n"
-                          "[[load]]\nwhere = {of = {of = \"x-max\", without = [{node = 3}]}, without = "
-                          "[\"y-min\", {sphere = {center = [1, 2, 3], radius = 0.1}}]}\n"
-                          "force = [[-1, 0, 0, 0], [1.5, 1, 2, 3e17]]\n"
-                          "[gravity]\nacceleration = [[0.1, 1, 2, 3]]\n"
-                          "[[start]]\nvelocity = [1, 2, 3]\n"
-                          "[[start]]\nwhere = \"x-min\"\nangular_velocity = [0.1, 0, 0]\n[[fix]]"),
+        test::small_scene(
+            "[[fix]]",
+            "[[fix]]\nwhere = {node = 4}\naxes = \"zx\"\n"
+            "[[fix]]\nwhere = {sphere = {center = [1, 2, 3], radius = 0.1}}\n"
+            "[[move]]\nwhere = {box = [[0, 0, 0], [1e-300, 2, 3]]}\n"
+            "rotate = {axis = \"z\", degrees = -30}\nover = 0\n"
+            "[[cut]]\nbehind = {point = [0, 1, 2], normal = [0, 0, -1]}\nat = 1\n"
+            "until = 2\nevery = 0.3333333333333333\nframe = \"rest\"\n"
+            "[[cut]]\nsphere = {center = [1, 2, 3], radius = 0.5}\nat = 0.5\n"
+            "[[obstacle]]\nsphere = {center = [1, -9, 3], radius = 0.7}\nname = \"ball\"\n"
+            "rotate = {axis = \"x\", degrees = 1}\ntranslate = [1, 2, 3]\nstiffness = 7\n"
+            "[[obstacle]]\ncapsule = {from = [0.1, 0.7, -3], to = [0.3, 9, 1e-3], radius = 1.5}\n"
+            "[[obstacle]]\nbox = [[1e-6, -0.1, 0.3], [1.1, 0.2, 1e9]]\n"
+            "[[obstacle]]\nhull = {points = [[0, 0, 0], [1, 0, 0.1], [0, 1.5, 0], [0, 0, 1]], at = [3, 2, 1]}\n"
+            "[[obstacle]]\nheight = {rows = [[0, 1, 0.5], [0.1, 0, -2]], spacing = 0.3}\n"
+            "[[load]]\nwhere = \"x-max\"\nforce = [1e18, -0.0, 1]\n"
+            "[[load]]\nwhere = \"x-max\"\ntraction = [1, -0.0, 1e18]\n"
+            "[[load]]\nwhere = \"x-max\"\nmoment = [1, 2, 3]\n"
+            "[[load]]\nwhere = \"x-max\"\nacceleration = [[0, 1, 2, 3]]\n"
+            "[[load]]\nwhere = \"x-max\"\nforce_density = [3, 2, 1]\n"
+            "[[pressure]]\nwhere = \"x-max\"\npressure = 0.1\n"
+            "[[pressure]]\nwhere = \"x-min\"\npressure = [[0, -1], [0.5, 2e5]]\n"
+            "[[load]]\nwhere = {of = {of = \"x-max\", without = [{node = 3}]}, without = "
+            "[\"y-min\", {sphere = {center = [1, 2, 3], radius = 0.1}}]}\n"
+            "force = [[-1, 0, 0, 0], [1.5, 1, 2, 3e17]]\n"
+            "[gravity]\nacceleration = [[0.1, 1, 2, 3]]\n"
+            "[[start]]\nvelocity = [1, 2, 3]\n"
+            "[[start]]\nwhere = \"x-min\"\nangular_velocity = [0.1, 0, 0]\n[[fix]]"),
         "s.toml");
     EXPECT_TRUE(parse_scene(to_toml(scene), "s.toml") == scene) << to_toml(scene);
 
@@ -116,6 +119,11 @@ TEST(Scene, every_key_is_written_and_read_back) {
     free.body.labels = {1, 2};
     free.body.size = {0, 0, 0};
     EXPECT_THROW(to_toml(free), SceneError);
+    Scene made = scene; // by a program
+    made.obstacles[0].shape =
+        MeshShape(std::vector<std::array<double, 3>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                  std::vector<std::array<std::uint32_t, 3>>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}, 4);
+    EXPECT_THROW(to_toml(made), SceneError);
 }
 
 TEST(Scene, any_two_moduli_are_a_material) {

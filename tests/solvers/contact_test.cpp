@@ -35,6 +35,11 @@ EquilibriumOptions to(double tolerance, PreconditionerKind kind = Preconditioner
     return options;
 }
 
+const std::vector<Point> kOctahedron = {{0.3, 0, 0},  {-0.3, 0, 0}, {0, 0.3, 0},
+                                        {0, -0.3, 0}, {0, 0, 0.3},  {0, 0, -0.3}};
+const std::vector<std::array<std::uint32_t, 3>> kItsTriangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                                                 {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+
 /// Displacements, and what else a solve leaves.
 struct Solved {
     EquilibriumResult result;
@@ -64,7 +69,12 @@ TEST(ContactPotential, forces_and_second_derivatives_are_those_of_the_potential)
         {.shape = SphereShape{0.25}, .pose = at({0.5, 0.2, 0.3})},
         {.shape = BoxShape{{0.3, 0.4, 0.2}}, .pose = at({0.3, 0.45, 0.6}, {0.1, 0.5, -0.3})},
         {.shape = CapsuleShape{{0.1, 0.3, 0.2}, 0.12}, .pose = at({0, 0.3, 0.5}, {-0.2, 0.3, 0.7})},
-        {.shape = CapsuleShape{{0, 0, 0}, 0.2}, .pose = at({0.5, 0.4, 0})}};
+        {.shape = CapsuleShape{{0, 0, 0}, 0.2}, .pose = at({0.5, 0.4, 0})},
+        {.shape = HullShape(kOctahedron), .pose = at({0.25, 0, 0.3}, {0.2, 0.1, -0.4})},
+        {.shape = MeshShape(kOctahedron, kItsTriangles, 12), .pose = at({0.1, 0.3, 0.1}, {-0.1, 0.4, 0.3})},
+        {.shape = HeightShape({3, 4}, {0.25, 0.2},
+                              std::array{0.1, 0.12, 0.05, 0.02, 0.2, 0.1, 0.1, 0.03, 0.1, 0.1, 0.05, 0.0}),
+         .pose = at({0.02, -0.03, 0}, {0.1, 0.05, -0.1})}};
     ContactPotential<double> contact(body, surface_nodes(lattice), obstacles);
     const std::size_t n = body.node_count();
     const std::vector<double> u = testing::random_field<double>(n, 0.2 * kCellSize, 3),
@@ -149,6 +159,43 @@ TEST(StaticContact, a_plane_bears_a_block_by_its_weight) {
 }
 
 /// Two smooth plates press a block that nothing else holds; its faces are plane, and the force that of faces so held.
+/// The plane's own equilibrium on what is a plane there; its weight on a mesh's edge and on waves.
+TEST(StaticContact, hulls_meshes_and_height_fields_bear_a_block) {
+    const Lattice lattice = Lattice::box(5, 4, 6, kCellSize);
+    const Loading loading{.supports = {}, .forces = {}, .acceleration = {0, -10, 0}};
+    const double weight = 0.5 * 0.4 * 0.6 * 1000 * 10;
+    std::vector<Point> box;
+    for (int c = 0; c < 8; ++c) {
+        box.push_back({c & 1 ? 2.0 : -2.0, c & 2 ? 0.0 : -3.0, c & 4 ? 2.0 : -2.0});
+    }
+    const std::vector<std::array<std::uint32_t, 3>> its = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6},
+                                                           {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
+                                                           {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    const Solved flat = solved(lattice, std::array{plane({0, -0.01, 0}, {0, 1, 0})}, loading, to(1e-9));
+    ASSERT_EQ(flat.result.status, EquilibriumStatus::converged) << flat.result.message;
+    for (const ObstacleShape& shape : {ObstacleShape(HullShape(box)), ObstacleShape(MeshShape(box, its, 40)),
+                                       ObstacleShape(HeightShape({2, 2}, {4, 4}, std::vector<double>(4, 0.0)))}) {
+        const Obstacle ground = {.shape = shape, .pose = at({0.1, -0.01, 0.2})};
+        const Solved s = solved(lattice, std::array{ground}, loading, to(1e-9));
+        ASSERT_EQ(s.result.status, EquilibriumStatus::converged) << s.result.message;
+        EXPECT_NEAR(s.readings[0].force[1], weight, 1e-7 * weight);
+        for (std::size_t i = 1; i < s.u.size(); i += 3) {
+            ASSERT_NEAR(s.u[i], flat.u[i], 1e-9) << i; // along the plane nothing holds it
+        }
+    }
+    std::vector<double> waves;
+    for (int k = 0; k < 12; ++k) {
+        for (int i = 0; i < 12; ++i) { // a bowl, so that it stays
+            waves.push_back(0.03 * (i - 5) * (i - 5) + 0.02 * (k - 6) * (k - 6) + 0.004 * std::sin(3.0 * i * k));
+        }
+    }
+    const Obstacle bowl = {.shape = HeightShape({12, 12}, {0.15, 0.15}, waves), .pose = at({-0.5, -0.2, -0.6})};
+    const Solved s = solved(lattice, std::array{bowl}, loading, to(1e-6));
+    ASSERT_EQ(s.result.status, EquilibriumStatus::converged) << s.result.message;
+    EXPECT_NEAR(s.readings[0].force[1], weight, 1e-4 * weight);
+    EXPECT_NEAR(s.readings[0].force[0], 0, 1e-4 * weight);
+}
+
 TEST(StaticContact, plates_press_as_held_faces_do) {
     const Lattice lattice = Lattice::box(6, 8, 6, kCellSize);
     EquilibriumSolver<double> solver(lattice, kMaterial);

@@ -306,6 +306,59 @@ def test_pressure():
         body.set_pressures([1])
 
 
+def test_made_obstacles():
+    cube = hybmss.Lattice.box(2, 2, 2, 0.1)
+    body = hybmss.ExplicitDynamics(cube, hybmss.Material(young_modulus=1e6, poisson_ratio=0.3))
+    corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+    obstacles = [
+        hybmss.Obstacle.box((2, 2, 2), position=(0.1, -0.99, 0.1)),
+        hybmss.Obstacle.hull(corners, position=(0.1, -0.99, 0.1)),
+        hybmss.Obstacle.mesh(corners, triangles, position=(0.1, -0.99, 0.1), cells=16),
+        hybmss.Obstacle.height_field([[0, 0], [0, 0]], (1, 1), position=(-0.2, 0.01, -0.2)),
+    ]
+    body.set_obstacles(cube, obstacles)
+    for reading in body.obstacle_readings:
+        assert reading["nodes"] == 9
+        assert reading["depth"] == pytest.approx(0.01, rel=1e-12)
+        assert reading["force"] == pytest.approx(body.obstacle_readings[0]["force"], rel=1e-12, abs=1e-9)
+    with pytest.raises(ValueError, match="not closed"):
+        hybmss.Obstacle.mesh(corners, triangles[1:])
+    with pytest.raises(ValueError, match="in a plane"):
+        hybmss.Obstacle.hull(corners[:4])
+    with pytest.raises(ValueError, match="a row of 1 numbers"):
+        hybmss.Obstacle.height_field([[0, 0], [0]], (1, 1))
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_parts(dtype):
+    world = hybmss.World(dtype, threads=1)
+    bar = hybmss.Lattice.box(5, 1, 1, 0.1)
+    soft = hybmss.Material(young_modulus=1e5, poisson_ratio=0.3)
+    whole = world.add(bar, soft, (0, 1, 0))
+    world[whole].velocities = np.arange(3.0 * bar.node_count, dtype=dtype).reshape(-1, 3)
+    assert world.split_parts(whole, bar, soft) == []
+    left = hybmss.Lattice.box(5, 1, 1, 0.1)
+    cut = world[whole].masses.sum() / 5
+
+    def momentum_of(body):
+        return (body.masses[:, None] * body.velocities).sum(axis=0)
+
+    assert world.remove_cells(whole, bar, [3]) == 1
+    before = momentum_of(world[whole])
+    parts = world.split_parts(whole, bar, soft)
+    assert [number for number, _ in parts] == [1] and len(world) == 2
+    assert bar.cell_count == 3 and parts[0][1].cell_count == 1
+    after = momentum_of(world[whole]) + momentum_of(world[1])
+    assert after == pytest.approx(before, rel=1e-6)
+    assert world[1].masses.sum() == pytest.approx(cut, rel=1e-6)
+    world[1].set_obstacles(parts[0][1], [hybmss.Obstacle.plane((0, 1, 0), position=(0, 0.99, 0))])
+    assert world[1].obstacle_readings[0]["nodes"] == 0  # it knows where the body was
+    with pytest.raises(ValueError, match="the lattice is not the one"):
+        world.split_parts(whole, left, soft)
+
+
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_world(dtype):
     world = hybmss.World(dtype, threads=1)

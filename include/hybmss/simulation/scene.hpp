@@ -212,13 +212,22 @@ struct Cut {
     bool operator==(const Cut&) const = default;
 };
 
+/// Where an obstacle's hull, mesh or heights come from.
+struct ObstacleSource {
+    std::string file;   ///< as it stands in the scene; "" where the scene has the data itself
+    int cells = 64;     ///< of a mesh's grid
+    double spacing = 0; ///< m, of heights
+    bool operator==(const ObstacleSource&) const = default;
+};
+
 /// A rigid obstacle that the body touches. It moves by `translate` along the way of a Move and by `velocity` all the
 /// time; `rotate` turns it about its position.
 struct SceneObstacle {
     std::string name;                           ///< in the results
     ObstacleShape shape;                        ///< m
     std::array<double, 3> position = {0, 0, 0}; ///< m, at time 0: a point of the plane, the middle of another
-    double friction = 0;                        ///< Coulomb's coefficient
+    ObstacleSource source = {};
+    double friction = 0;             ///< Coulomb's coefficient
     std::optional<double> stiffness; ///< Pa/m: pressure by depth on a flat surface; by default the body's own
     std::optional<std::array<double, 3>> translate; ///< m
     std::optional<Rotation> rotate;

@@ -5,7 +5,7 @@ import { copyFile, mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import test from "node:test";
 
-import { Dynamics, ForcePlan, HybmssError, Lattice, load, Network, Record, Skin, version, World } from "../../../build/web/package/hybmss.js";
+import { Dynamics, ForcePlan, HybmssError, Lattice, load, Network, Record, Skin, Solid, version, World } from "../../../build/web/package/hybmss.js";
 
 const root = new URL("../../../", import.meta.url);
 const source = (path) => readFile(new URL(path, root));
@@ -153,6 +153,19 @@ test("wrong values are refused in one line that says what is allowed", () => {
   refused(() => body.setObstacles([{ shape: "cone", dimensions: [1, 1, 1] }]), /plane, sphere, box, capsule/);
   refused(() => body.setObstacles([{ shape: "capsule", dimensions: [1] }]), /obstacle.dimensions/);
   body.setObstacles([{ shape: "capsule", dimensions: [0.1, 0.3], pose: { position: [0.1, -1, 0.1] } }]);
+  const corners = [-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1];
+  const solid = new Solid({ points: corners });
+  body.setObstacles([{ shape: "solid", solid, pose: { position: [0, -0.99, 0] } }]);
+  solid.free();
+  assert.ok(Math.abs(body.obstacleReadings()[0].depth - 0.01) < 1e-6);
+  refused(() => body.setObstacles([{ shape: "solid" }]), /solid is null/);
+  refused(() => new Solid({ points: [0, 0, 0] }), /1 points given/);
+  refused(() => new Solid({ vertices: corners, triangles: [0, 2, 3] }), /not closed/);
+  refused(() => new Solid({ heights: [0, 0, 0], counts: [2, 2], spacing: [1, 1] }), /3 given, 4 needed/);
+  body.setObstacles([
+    { shape: "solid", solid: new Solid({ heights: [0, 0, 0, 0], counts: [2, 2], spacing: [1, 1] }), pose: { position: [0, 0.01, 0] } },
+  ]);
+  assert.ok(Math.abs(body.obstacleReadings()[0].depth - 0.01) < 1e-6);
   refused(() => body.removeCells([8]), /8/);
   refused(() => lattice.without([8]), /cell 8/);
   body.free();
