@@ -6,6 +6,7 @@ int main(int argc, char** argv) {
     app.set_version_flag("--version", hybmss::kVersion);
     app.require_subcommand(1);
     add_run_command(app);
+#ifndef HYBMSS_RUN_ALONE
     add_explain_command(app);
     add_forces_command(app);
     add_record_command(app);
@@ -17,6 +18,7 @@ int main(int argc, char** argv) {
 #endif
 #ifdef HYBMSS_WITH_BENCH
     add_bench_command(app);
+#endif
 #endif
     return hybmss::run_command_line(app, argc, argv);
 }
