@@ -51,6 +51,11 @@ Box box_of(std::span<const Point> points, const char* what) {
     return box;
 }
 
+template <class Item>
+bool equal(std::span<const Item> a, std::span<const Item> b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+}
+
 Point scaled(double factor, const Point& a) {
     return plus({0, 0, 0}, factor, a);
 }
@@ -258,7 +263,7 @@ std::span<const std::array<double, 3>> HullShape::points() const {
 }
 
 bool HullShape::operator==(const HullShape& other) const {
-    return hull == other.hull || std::ranges::equal(points(), other.points());
+    return hull == other.hull || equal(points(), other.points());
 }
 
 double distance_to(const HullShape& shape, const Point& y) {
@@ -656,8 +661,8 @@ int MeshShape::cells() const {
 }
 
 bool MeshShape::operator==(const MeshShape& other) const {
-    return field == other.field || (cells() == other.cells() && std::ranges::equal(vertices(), other.vertices()) &&
-                                    std::ranges::equal(triangles(), other.triangles()));
+    return field == other.field ||
+           (cells() == other.cells() && equal(vertices(), other.vertices()) && equal(triangles(), other.triangles()));
 }
 
 // The spline's derivative along each axis is a mean of differences between nodes, none of which is more than 1.
@@ -831,8 +836,8 @@ std::span<const double> HeightShape::heights() const {
 }
 
 bool HeightShape::operator==(const HeightShape& other) const {
-    return field == other.field || (counts() == other.counts() && spacing() == other.spacing() &&
-                                    std::ranges::equal(heights(), other.heights()));
+    return field == other.field ||
+           (counts() == other.counts() && spacing() == other.spacing() && equal(heights(), other.heights()));
 }
 
 double distance_to(const HeightShape& ground, const Point& y) {
