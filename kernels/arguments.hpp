@@ -299,6 +299,59 @@ struct ActuatedCells {
     T* result;                ///< N: the components of the corners one after the other, `count` of each
 };
 
+// ---- what cells remember
+
+/// Branches of a Prony series at most.
+inline constexpr int kMaxRelaxations = 4;
+
+/// What a time makes of the strains h of a branch while Green's strain changes steadily by c: h + gained c - lost h.
+/// Meanwhile it takes out, by the square in the norm of the elastic energy, `of_sums` times that of h before + h after,
+/// and `of_changes` times that of c.
+template <class T>
+struct RelaxationCourse {
+    T gained, lost, part;
+    T of_sums, of_changes;
+};
+
+/// Where what lies beside each of a block of kMaxWidth slots is in their arrays: from `start` on one after the other,
+/// or at lanes[from + i] where from >= 0. One a block and neighbouring row.
+struct SlotRow {
+    std::int32_t start, from;
+};
+
+/// A slot is a node, and the cell whose low corner it is: one without stiffness where there is none. So a body's nodes
+/// one after the other, rows along x, are its cells too. A slot before and some behind a block's may be read: arrays
+/// are longer at both ends.
+template <class T>
+struct RelaxingCells {
+    const T* displacement[3];
+    const SlotRow* rows; ///< of the corners further in y, in z, in both: those of low x. Three a block
+    const std::int32_t* lanes;
+    T quarter_by_edge;     ///< the unit of length over four times the edge
+    const T *shear, *lame; ///< by what a body has
+    int branches;
+    RelaxationCourse<T> course[kMaxRelaxations];
+    /// By blocks a line of kMaxWidth for each of: Green's strain xx, yy, zz, xy, yz, xz; a branch's strains likewise;
+    /// in float what these have been rounded by.
+    T* strains;
+    /// What the cells' corners feel: 4 a + r the component a of that at low x, and at high y (r & 1) and z (r & 2); the
+    /// opposite corner feels the opposite. By the first Piola stress P: P_x +- P_y +- P_z.
+    T* pull[12];
+};
+
+/// What a cell has of strains, beside Green's, by branch.
+template <class T>
+inline constexpr int kRelaxationLines = sizeof(T) == 4 ? 12 : 6;
+
+/// The slots' sums over the cells around them.
+template <class T>
+struct RelaxingNodes {
+    const T* pull[12];
+    const SlotRow* rows; ///< of the cells before in y, in z, in both, of high x. Three a block
+    const std::int32_t* lanes;
+    T* force[3];
+};
+
 // ---- vertices in cells
 
 /// A cell with vertices: `count` of them from `first` on.

@@ -280,6 +280,92 @@ void check_actuation(Subject<T>& subject, const PlanOptions& options, unsigned s
                                          std::abs(energy - subject.grown.energy(u)) / size));
 }
 
+/// Cells that remember, against their mean gradients one by one: at once, and after a step of a free body.
+template <class T>
+void check_relaxation(Subject<T>& subject, const PlanOptions& options, unsigned seed) {
+    const Lattice& lattice = *subject.body.lattice;
+    const double h = lattice.cell_size();
+    struct Cell {
+        std::array<std::size_t, 8> nodes;
+        double shear, lame; // N m
+    };
+    std::vector<Cell> cells;
+    const std::vector<std::uint32_t> nodes = lattice.nodes();
+    const auto [nx, ny, nz] = lattice.cells();
+    for (int k = 0; k < nz; ++k) {
+        for (int j = 0; j < ny; ++j) {
+            for (int i = 0; i < nx; ++i) {
+                const double scale = std::pow(h, 3) * static_cast<double>(lattice.cell_scale(i, j, k));
+                if (!(scale > 0)) {
+                    continue;
+                }
+                Cell& cell = cells.emplace_back();
+                for (int c = 0; c < 8; ++c) {
+                    const std::size_t node = lattice.grid_node_index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+                    cell.nodes[static_cast<std::size_t>(c)] =
+                        static_cast<std::size_t>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
+                }
+                const Material own =
+                    material_of(lattice, lattice.cell_tissue(lattice.cell_index(i, j, k)), subject.body.material);
+                const bool springs_alone = resolved_volume_energy(own) == VolumeEnergy::none;
+                cell.shear = scale * shear_modulus(own);
+                cell.lame = cell.shear + (springs_alone ? 0 : scale * volume_modulus(own));
+            }
+        }
+    }
+    const auto gradient = [&](const Cell& cell, const std::vector<Vector3d>& u) {
+        Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+        for (std::size_t c = 0; c < 8; ++c) {
+            for (Eigen::Index a = 0; a < 3; ++a) {
+                sum.col(a) += ((c >> a & 1) != 0 ? 1 : -1) * u[cell.nodes[c]] / (4 * h);
+            }
+        }
+        return sum;
+    };
+    const auto green = [](const Eigen::Matrix3d& H) {
+        return Eigen::Matrix3d((H + H.transpose() + H.transpose() * H) / 2);
+    };
+
+    auto dynamics = make_planned<ExplicitDynamics<T>>(subject.body, options);
+    const double step = 0.4 * dynamics.critical_time_step();
+    const Relaxation branches[] = {{0.7, 3 * step}, {0.4, 100 * step}};
+    dynamics.relax(lattice, subject.body.material, branches);
+    NodeArray<T> at(Arrangement::stride_3, random_displacements(subject, 0.1, seed)),
+        force(Arrangement::stride_3, nodes.size());
+    dynamics.set_displacements(at.field());
+    std::vector<std::vector<Vector3d>> states = {at.vectors()};
+    double error = 0;
+    for (const bool moved : {false, true}) {
+        if (moved) {
+            dynamics.step({.time_step = step});
+            dynamics.get_displacements(at.field());
+            states.push_back(at.vectors());
+        }
+        dynamics.get_effect_forces(force.field());
+        std::vector<Vector3d> expected(nodes.size(), Vector3d::Zero());
+        std::vector<double> scales(nodes.size(), 0.0);
+        for (const Cell& cell : cells) {
+            const Eigen::Matrix3d H = gradient(cell, states.back()), before = green(gradient(cell, states.front()));
+            const Eigen::Matrix3d deformation = Eigen::Matrix3d::Identity() + H;
+            Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+            for (const auto& [part, time] : branches) {
+                const double x = moved ? step / time : 0, gained = moved ? (1 - std::exp(-x)) / x : 0;
+                sum += part * (std::exp(-x) * before + gained * (green(H) - before));
+            }
+            const Eigen::Matrix3d piola =
+                deformation * (cell.lame * sum.trace() * Eigen::Matrix3d::Identity() + 2 * cell.shear * sum);
+            for (std::size_t c = 0; c < 8; ++c) {
+                const Vector3d signs((c & 1) != 0 ? 1 : -1, (c & 2) != 0 ? 1 : -1, (c & 4) != 0 ? 1 : -1);
+                expected[cell.nodes[c]] -= piola * signs / (4 * h);
+                scales[cell.nodes[c]] += piola.cwiseAbs().sum() / (4 * h);
+            }
+        }
+        error = std::max(error,
+                         max_difference(force.vectors(), expected) / *std::max_element(scales.begin(), scales.end()));
+    }
+    subject.record("relaxation", error);
+}
+
 /// The cells' stresses and energies add up to the reference's forces times the nodes' places, and to its energy.
 template <class T>
 void check_stress(Subject<T>& subject, unsigned seed) {
@@ -450,6 +536,7 @@ void check_all(const TestBody& body, const reference::Body& reference, double st
         if (body.lattice) {
             check_skin(subject, options.seed);
             check_actuation(subject, plan_options(key), options.seed);
+            check_relaxation(subject, plan_options(key), options.seed);
             check_stress(subject, options.seed);
         }
         check_rigid_motions(subject);

@@ -36,6 +36,10 @@ constexpr Tolerance kProperties[] = {
      "all cells grown by 0.75, against a lattice of such cells at a strain of 0.1: over the sums of magnitudes of the\n"
      "    body as it was made, which cancel; displacements of many cells have fewer digits",
      1},
+    {"relaxation", 15,
+     "forces of cells that remember, at a strain of 0.1 and a step later, against their mean gradients one by one: "
+     "over\n"
+     "    the sums of magnitudes of a node's stresses"},
     {"stress", 40,
      "at strains of 0.001 and 0.1: volume times stress of all cells less the forces times the nodes' places, over the\n"
      "    sum of its magnitudes; and the cells' energies over the body's"},

@@ -12,7 +12,7 @@ namespace hybmss {
 namespace {
 
 void check_branches(std::span<const Relaxation> branches) {
-    if (branches.size() > 4) {
+    if (branches.size() > kernels::kMaxRelaxations) {
         throw std::invalid_argument(std::to_string(branches.size()) +
                                     " branches of relaxation given: four at most are allowed");
     }
@@ -39,180 +39,205 @@ double of_new_strain(double x) {
 template <class T>
 StressRelaxation<T>::StressRelaxation(const Body<T>& body, State<T>& state, const Lattice& lattice,
                                       const Material& material, std::span<const Relaxation> branches)
-    : by_edge_(body.length_unit() / lattice.cell_size()), per_length_(1 / (4 * lattice.cell_size())),
-      branches_(branches.begin(), branches.end()), places_(body.node_count()), first_use_(body.node_count() + 1, 0) {
+    : table_(&body.kernel_table()), branches_(branches.begin(), branches.end()), nodes_(body.node_count()) {
     check_branches(branches);
     validate(material);
     const NodeNumbers numbers(lattice, body.node_count());
-    for (std::size_t n = 0; n < places_.size(); ++n) {
-        places_[n] = body.index_of(n);
+    for (std::size_t n = 0; n < nodes_; ++n) {
+        const std::size_t place = body.index_of(n);
+        if (n % kPiece == 0) {
+            first_run_.push_back(runs_.size());
+        } else if (place == runs_.back().index + runs_.back().length) {
+            ++runs_.back().length;
+            continue;
+        }
+        runs_.push_back({n, place, 1});
     }
-    const double volume = std::pow(lattice.cell_size(), 3);
-    std::vector<std::array<double, 2>> moduli;
+    first_run_.push_back(runs_.size());
+    const double edge = lattice.cell_size(), shear = shear_modulus(material);
+    quarter_by_edge_ = static_cast<T>(body.length_unit() / (4 * edge));
+    unit_ = shear * std::pow(edge, 3);
+    newton_ = unit_ / (4 * edge);
+    blocks_ = (nodes_ + kWidth - 1) / kWidth;
+    length_ = blocks_ * kWidth + 2 * kMargin;
+    slots_.assign(kArrays * length_, T(0));
+    std::vector<std::array<T, 2>> moduli;
     for (std::size_t tissue = 0; tissue <= lattice.tissues().size(); ++tissue) {
         const Material own = material_of(lattice, tissue, material);
-        const double shear = shear_modulus(own);
+        const double of_tissue = shear_modulus(own);
         // Without a volume energy springs make nu = 1/4.
-        const bool springs_alone = resolved_volume_energy(own) == VolumeEnergy::none;
-        moduli.push_back({shear * volume, (shear + (springs_alone ? 0 : volume_modulus(own))) * volume});
+        const double volume = resolved_volume_energy(own) == VolumeEnergy::none ? 0 : volume_modulus(own);
+        moduli.push_back({static_cast<T>(of_tissue / shear), static_cast<T>((of_tissue + volume) / shear)});
     }
     const std::vector<std::array<std::uint32_t, 8>> corners = cell_corners(lattice, numbers);
-    for (std::uint32_t grid = 0; grid < lattice.cell_scales().size(); ++grid) {
-        if (const auto scale = static_cast<double>(lattice.cell_scales()[grid]); scale > 0) {
-            Cell& cell = cells_.emplace_back();
-            const auto& nodes = corners[cells_.size() - 1];
-            cell.grid = grid;
-            cell.shear = scale * moduli[lattice.cell_tissue(grid)][0];
-            cell.lame = scale * moduli[lattice.cell_tissue(grid)][1];
-            for (std::size_t c = 0; c < 8; ++c) {
-                cell.corners[c] = static_cast<std::uint32_t>(places_[nodes[c]]);
-                ++first_use_[nodes[c] + 1];
-            }
+    std::size_t cell = 0;
+    for (std::size_t grid = 0; grid < lattice.cell_scales().size(); ++grid) {
+        if (const float scale = lattice.cell_scales()[grid]; scale > 0) {
+            const std::uint32_t slot = corners[cell++][0];
+            const std::array<T, 2>& own = moduli[lattice.cell_tissue(grid)];
+            slots(kShear)[slot] = static_cast<T>(scale) * own[0];
+            slots(kLame)[slot] = static_cast<T>(scale) * own[1];
         }
     }
-    std::partial_sum(first_use_.begin(), first_use_.end(), first_use_.begin());
-    std::vector<std::uint32_t> next = first_use_;
-    uses_.resize(8 * cells_.size());
-    for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            uses_[next[corners[c][corner]]++] = 8 * c + corner;
+    find_rows(corners);
+    strains_.assign(blocks_ * kWidth * lines(), T(0));
+    dissipated_.assign(pieces(), 0.0);
+    Courses none{}; // of the strain that there is now the branches have nothing
+    read_all(state);
+    table_->relaxing_cells()(cells(none, strains_.data()), 0, static_cast<kernels::Range>(blocks_));
+}
+
+template <class T>
+void StressRelaxation<T>::find_rows(std::span<const std::array<std::uint32_t, 8>> corners) {
+    const std::size_t count = blocks_ * kWidth;
+    std::vector<std::int32_t> further[3], before[3];
+    for (std::size_t r = 0; r < 3; ++r) {
+        further[r].assign(count, kNowhere);
+        before[r].assign(count, kNowhere);
+        for (const auto& cell : corners) {
+            const std::size_t low = 2 * (r + 1);
+            further[r][cell[0]] = static_cast<std::int32_t>(cell[low]);
+            // A node has the cell at its own place in the row before, and the one before that: either may be missing.
+            before[r][cell[low]] = static_cast<std::int32_t>(cell[0]);
+            before[r][cell[low + 1]] = static_cast<std::int32_t>(cell[1]);
         }
     }
-    stresses_.resize(cells_.size());
-    dissipated_.assign(pieces(cells_.size()), 0.0);
-    strains_.assign(cells_.size() * (1 + branches_.size()), Strain{});
-    const Components u = components(state.displacement);
-    for (std::size_t c = 0; c < cells_.size(); ++c) {
-        strains(c)[0] = strain(gradient(cells_[c], u));
+    std::vector<bool> is_cell(count, false);
+    for (const auto& cell : corners) {
+        is_cell[cell[0]] = true;
+    }
+    const auto empty = [&](std::int32_t slot) {
+        return slot < 0 || static_cast<std::size_t>(slot) >= count || !is_cell[static_cast<std::size_t>(slot)];
+    };
+    for (std::size_t block = 0; block < blocks_; ++block) {
+        for (std::size_t r = 0; r < 3; ++r) {
+            further_.add(std::span(further[r]).subspan(block * kWidth, kWidth), 0, [](std::int32_t) { return true; });
+            before_.add(std::span(before[r]).subspan(block * kWidth, kWidth), static_cast<std::int32_t>(count),
+                        [&](std::int32_t place) { return empty(place) && empty(place - 1); });
+        }
     }
 }
 
 template <class T>
-auto StressRelaxation<T>::components(const NodeField<T>& field) -> Components {
-    return {component(field, 0), component(field, 1), component(field, 2)};
+template <class Serves>
+void StressRelaxation<T>::Rows::add(std::span<const std::int32_t> places, std::int32_t elsewhere,
+                                    const Serves& serves) {
+    const auto place_of = [&](std::size_t i) { return places[i] != kNowhere ? places[i] : elsewhere; };
+    const auto known = std::find_if(places.begin(), places.end(), [](std::int32_t p) { return p != kNowhere; });
+    const std::int32_t start =
+        known == places.end() ? elsewhere : *known - static_cast<std::int32_t>(known - places.begin());
+    bool in_a_row = true;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const std::int32_t place = start + static_cast<std::int32_t>(i);
+        in_a_row = in_a_row && (places[i] != kNowhere ? places[i] == place : serves(place));
+    }
+    rows.push_back({start, in_a_row ? -1 : static_cast<std::int32_t>(lanes.size())});
+    for (std::size_t i = 0; i < places.size() && !in_a_row; ++i) {
+        lanes.push_back(place_of(i));
+    }
 }
 
 template <class T>
-auto StressRelaxation<T>::courses() const -> std::vector<Course> {
-    std::vector<Course> all;
-    for (const Relaxation& branch : branches_) {
-        const double x = elapsed_ / branch.time, gained = x > 0 ? -std::expm1(-x) / x : 1;
-        all.push_back({std::exp(-x),
-                       gained,
-                       {branch.part * -std::expm1(-2 * x) / 2, branch.part * x * gained * gained,
-                        branch.part * of_new_strain(x)}});
+auto StressRelaxation<T>::courses() const -> Courses {
+    Courses all{};
+    for (std::size_t b = 0; b < branches_.size(); ++b) {
+        const double part = branches_[b].part, x = elapsed_ / branches_[b].time;
+        const double lost = -std::expm1(-x), gained = x > 0 ? lost / x : 1;
+        // The integral of (old e^-s + fresh (1 - e^-s) / x)^2 over s, which is that of a square and a rest: the part of
+        // `old` in it is (1 - e^-2x) / 2, and is all of the square's.
+        const double of_sums = part * lost / (2 * (2 - lost));
+        const auto number = [](double value) { return static_cast<T>(value); };
+        all[b] = {number(gained), number(lost), number(part), number(of_sums),
+                  number(std::max(0.0, part * of_new_strain(x) - of_sums * gained * gained))};
     }
     return all;
 }
 
 template <class T>
-auto StressRelaxation<T>::gradient(const Cell& cell, const Components& displacement) const -> Gradient {
-    Gradient h{};
+void StressRelaxation<T>::read(const State<T>& state, std::size_t piece) const {
     for (std::size_t a = 0; a < 3; ++a) {
-        const auto& [first, stride] = displacement[a];
-        double u[8];
-        for (std::size_t c = 0; c < 8; ++c) {
-            u[c] = static_cast<double>(first[static_cast<std::ptrdiff_t>(cell.corners[c]) * stride]);
-        }
-        const double factor = by_edge_ / 4;
-        h[3 * a] = factor * ((u[1] - u[0]) + (u[3] - u[2]) + (u[5] - u[4]) + (u[7] - u[6]));
-        h[3 * a + 1] = factor * ((u[2] - u[0]) + (u[3] - u[1]) + (u[6] - u[4]) + (u[7] - u[5]));
-        h[3 * a + 2] = factor * ((u[4] - u[0]) + (u[5] - u[1]) + (u[6] - u[2]) + (u[7] - u[3]));
+        const auto [first, stride] = component(state.displacement, a);
+        T* const own = slots(kDisplacement + a);
+        for_runs(piece, [&, first = first, stride = stride](const NodeRun& run) {
+            const T* const from = first + static_cast<std::ptrdiff_t>(run.index) * stride;
+            T* const to = own + run.node;
+            for (std::size_t i = 0; stride == 1 && i < run.length; ++i) {
+                to[i] = from[i];
+            }
+            for (std::size_t i = 0; stride != 1 && i < run.length; ++i) {
+                to[i] = from[static_cast<std::ptrdiff_t>(i) * stride];
+            }
+        });
     }
-    return h;
 }
 
 template <class T>
-auto StressRelaxation<T>::strain(const Gradient& h) -> Strain {
-    const auto entry = [&h](std::size_t i, std::size_t j) {
-        return 0.5 * (h[3 * i + j] + h[3 * j + i] + h[i] * h[j] + h[3 + i] * h[3 + j] + h[6 + i] * h[6 + j]);
-    };
-    return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(1, 2), entry(0, 2)};
+void StressRelaxation<T>::add(const std::array<Component<T>, 3>& field, double factor, const T* weight,
+                              std::size_t piece) const {
+    const T by = static_cast<T>(factor);
+    for (std::size_t a = 0; a < 3; ++a) {
+        const T* const own = slots(kForce + a);
+        const auto [first, stride] = field[a];
+        for_runs(piece, [&, first = first, stride = stride](const NodeRun& run) {
+            const auto start = static_cast<std::ptrdiff_t>(run.index) * stride;
+            T* const to = first + start;
+            const T* const from = own + run.node;
+            for (std::size_t i = 0; i < run.length; ++i) {
+                const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * stride;
+                to[at] += by * from[i] * (weight ? weight[start + at] : T(1));
+            }
+        });
+    }
 }
 
 template <class T>
-double StressRelaxation<T>::product(const Cell& cell, const Strain& a, const Strain& b) {
-    return cell.lame * (a[0] + a[1] + a[2]) * (b[0] + b[1] + b[2]) +
-           2 * cell.shear * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]));
+kernels::RelaxingCells<T> StressRelaxation<T>::cells(const Courses& courses, T* strains) const {
+    kernels::RelaxingCells<T> cells{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        cells.displacement[a] = slots(kDisplacement + a);
+    }
+    cells.rows = further_.rows.data();
+    cells.lanes = further_.lanes.data();
+    cells.quarter_by_edge = quarter_by_edge_;
+    cells.shear = slots(kShear);
+    cells.lame = slots(kLame);
+    cells.branches = static_cast<int>(branches_.size());
+    std::copy(courses.begin(), courses.end(), cells.course);
+    cells.strains = strains;
+    for (std::size_t p = 0; p < 12; ++p) {
+        cells.pull[p] = slots(kPull + p);
+    }
+    return cells;
 }
 
 template <class T>
-double StressRelaxation<T>::advance(const Cell& cell, std::span<const Course> courses, const Strain& now,
-                                    std::span<Strain> strains) const {
-    Strain change;
-    for (std::size_t s = 0; s < 6; ++s) {
-        change[s] = now[s] - strains[0][s];
+kernels::RelaxingNodes<T> StressRelaxation<T>::nodes() const {
+    kernels::RelaxingNodes<T> nodes{};
+    for (std::size_t p = 0; p < 12; ++p) {
+        nodes.pull[p] = slots(kPull + p);
     }
-    double taken = 0;
-    for (std::size_t b = 0; b < courses.size(); ++b) {
-        Strain& own = strains[b + 1];
-        const Course& course = courses[b];
-        taken += course.dissipated[0] * product(cell, own, own) + course.dissipated[1] * product(cell, own, change) +
-                 course.dissipated[2] * product(cell, change, change);
-        for (std::size_t s = 0; s < 6; ++s) {
-            own[s] = course.left * own[s] + course.gained * change[s];
-        }
+    nodes.rows = before_.rows.data();
+    nodes.lanes = before_.lanes.data();
+    for (std::size_t a = 0; a < 3; ++a) {
+        nodes.force[a] = slots(kForce + a);
     }
-    strains[0] = now;
-    return taken;
+    return nodes;
 }
 
 template <class T>
-auto StressRelaxation<T>::stress(const Cell& cell, const Gradient& h, std::span<const Strain> strains) const
-    -> Gradient {
-    Strain sum{};
-    for (std::size_t b = 0; b < branches_.size(); ++b) {
-        for (std::size_t s = 0; s < 6; ++s) {
-            sum[s] += branches_[b].part * strains[b + 1][s];
-        }
-    }
-    const double mean = cell.lame * (sum[0] + sum[1] + sum[2]), twice = 2 * cell.shear;
-    const double xx = mean + twice * sum[0], yy = mean + twice * sum[1], zz = mean + twice * sum[2],
-                 xy = twice * sum[3], yz = twice * sum[4], xz = twice * sum[5];
-    Gradient p;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double x = h[3 * i] + (i == 0 ? 1 : 0), y = h[3 * i + 1] + (i == 1 ? 1 : 0),
-                     z = h[3 * i + 2] + (i == 2 ? 1 : 0);
-        p[3 * i] = x * xx + y * xy + z * xz;
-        p[3 * i + 1] = x * xy + y * yy + z * yz;
-        p[3 * i + 2] = x * xz + y * yz + z * zz;
-    }
-    return p;
-}
-
-template <class T>
-std::array<double, 3> StressRelaxation<T>::gathered(std::size_t node, std::span<const Gradient> stresses) const {
-    std::array<double, 3> force = {0, 0, 0};
-    for (std::uint32_t use = first_use_[node]; use < first_use_[node + 1]; ++use) {
-        const Gradient& p = stresses[uses_[use] / 8];
-        const std::uint32_t corner = uses_[use] % 8;
-        const double x = (corner & 1) != 0 ? -1 : 1, y = (corner & 2) != 0 ? -1 : 1, z = (corner & 4) != 0 ? -1 : 1;
-        for (std::size_t a = 0; a < 3; ++a) {
-            force[a] += per_length_ * (x * p[3 * a] + y * p[3 * a + 1] + z * p[3 * a + 2]);
-        }
-    }
-    return force;
-}
-
-template <class T>
-template <class Visit>
-void StressRelaxation<T>::for_each_cell(const State<T>& state, const Visit& visit) const {
-    const Components u = components(state.displacement);
-    const std::vector<Course> course = courses();
-    std::vector<Strain> now(1 + branches_.size());
-    for (std::size_t c = 0; c < cells_.size(); ++c) {
-        const Gradient h = gradient(cells_[c], u);
-        std::copy(strains(c).begin(), strains(c).end(), now.begin());
-        const double taken = advance(cells_[c], course, strain(h), now);
-        visit(cells_[c], c, std::span<const Strain>(now), taken, h);
-    }
+std::vector<T> StressRelaxation<T>::strains_at(const State<T>& state, double& taken) const {
+    std::vector<T> strains = strains_;
+    read_all(state);
+    taken +=
+        unit_ * table_->relaxing_cells()(cells(courses(), strains.data()), 0, static_cast<kernels::Range>(blocks_));
+    return strains;
 }
 
 template <class T>
 std::size_t StressRelaxation<T>::bytes() const {
-    return cells_.size() * (sizeof(Cell) + sizeof(Gradient)) + strains_.size() * sizeof(Strain) +
-           (first_use_.size() + uses_.size()) * sizeof(std::uint32_t) + places_.size() * sizeof(std::size_t) +
-           dissipated_.size() * sizeof(double);
+    return (slots_.size() + strains_.size()) * sizeof(T) + runs_.size() * sizeof(NodeRun) +
+           (further_.rows.size() + before_.rows.size()) * sizeof(kernels::SlotRow) +
+           (further_.lanes.size() + before_.lanes.size()) * sizeof(std::int32_t) + dissipated_.size() * sizeof(double);
 }
 
 // A cell's own stiffness is at least that of its mean deformation, which the branches have as many times more.
@@ -227,70 +252,77 @@ void StressRelaxation<T>::narrow(StepBounds& bounds) const {
 
 template <class T>
 double StressRelaxation<T>::energy(const Body<T>&, State<T>& state) const {
-    double stored = 0;
-    for_each_cell(state, [&](const Cell& cell, std::size_t, std::span<const Strain> now, double, const Gradient&) {
-        for (std::size_t b = 0; b < branches_.size(); ++b) {
-            stored += 0.5 * branches_[b].part * product(cell, now[b + 1], now[b + 1]);
+    double taken = 0, stored = 0;
+    const std::vector<T> strains = strains_at(state, taken);
+    for (std::size_t slot = 0; slot < blocks_ * kWidth; ++slot) {
+        const T* line = strains.data() + slot / kWidth * lines() * kWidth + slot % kWidth;
+        line += 6 * kWidth;
+        for (const Relaxation& branch : branches_) {
+            double trace = 0, squares = 0;
+            for (std::size_t s = 0; s < 6; ++s) {
+                const auto h = static_cast<double>(line[s * kWidth]);
+                trace += s < 3 ? h : 0;
+                squares += (s < 3 ? 1 : 2) * h * h;
+            }
+            stored += 0.5 * branch.part * unit_ *
+                      (static_cast<double>(slots(kLame)[slot]) * trace * trace +
+                       2 * static_cast<double>(slots(kShear)[slot]) * squares);
+            line += kernels::kRelaxationLines<T> * kWidth;
         }
-    });
+    }
     return stored;
 }
 
 template <class T>
 double StressRelaxation<T>::dissipated(const Body<T>&, State<T>& state) const {
     double sum = std::accumulate(dissipated_.begin(), dissipated_.end(), 0.0);
-    for_each_cell(
-        state, [&](const Cell&, std::size_t, std::span<const Strain>, double taken, const Gradient&) { sum += taken; });
+    strains_at(state, sum);
     return sum;
 }
 
 template <class T>
 void StressRelaxation<T>::add_forces(const Body<T>&, State<T>& state, NodeField<T>& force) const {
-    std::vector<Gradient> stresses(cells_.size());
-    for_each_cell(state, [&](const Cell& cell, std::size_t c, std::span<const Strain> now, double, const Gradient& h) {
-        stresses[c] = stress(cell, h, now);
-    });
-    for (std::size_t n = 0; n < places_.size(); ++n) {
-        const std::array<double, 3> f = gathered(n, stresses);
-        for (std::size_t a = 0; a < 3; ++a) {
-            const Component<T> c = component(force, a);
-            c.first[static_cast<std::ptrdiff_t>(places_[n]) * c.stride] += static_cast<T>(f[a]);
-        }
+    double taken = 0;
+    strains_at(state, taken);
+    table_->relaxing_nodes()(nodes(), 0, static_cast<kernels::Range>(blocks_));
+    for (std::size_t piece = 0; piece < pieces(); ++piece) {
+        add({component(force, 0), component(force, 1), component(force, 2)}, newton_, nullptr, piece);
     }
 }
 
 template <class T>
 void StressRelaxation<T>::add_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                                      std::vector<Stage>& stages) {
-    stages.push_back(
-        {pieces(cells_.size()), [this, u = components(state.displacement)](std::size_t piece, std::size_t) {
-             const std::vector<Course> course = courses();
-             const std::size_t begin = piece * kPiece, end = std::min(begin + kPiece, cells_.size());
-             double taken = 0;
-             for (std::size_t c = begin; c < end; ++c) {
-                 const Gradient h = gradient(cells_[c], u);
-                 taken += advance(cells_[c], course, strain(h), strains(c));
-                 stresses_[c] = stress(cells_[c], h, strains(c));
-             }
-             dissipated_[piece] += taken;
-         }});
+    stages.push_back({pieces(), [this, &state](std::size_t piece, std::size_t) {
+                          if (piece == 0) {
+                              course_ = courses();
+                          }
+                          read(state, piece);
+                      }});
+    const auto take_on = [this](std::size_t piece) {
+        const auto [begin, end] = blocks(piece);
+        dissipated_[piece] += unit_ * table_->relaxing_cells()(cells(course_, strains_.data()), begin, end);
+    };
     const std::array<Component<T>, 3> v = {component(state.velocity, 0), component(state.velocity, 1),
                                            component(state.velocity, 2)};
-    stages.push_back(
-        {pieces(places_.size()),
-         [this, v, kick = factors.kick, inverse_mass = body.inverse_masses().data()](std::size_t piece, std::size_t) {
-             if (piece == 0) { // no piece of this stage reads it
-                 elapsed_ = 0;
-             }
-             const std::size_t begin = piece * kPiece, end = std::min(begin + kPiece, places_.size());
-             for (std::size_t n = begin; n < end; ++n) {
-                 const std::array<double, 3> f = gathered(n, stresses_);
-                 for (std::size_t a = 0; a < 3; ++a) {
-                     const auto at = static_cast<std::ptrdiff_t>(places_[n]) * v[a].stride;
-                     v[a].first[at] += static_cast<T>(kick * f[a] * static_cast<double>(inverse_mass[at]));
-                 }
-             }
-         }});
+    const auto kick = [this, v, factor = factors.kick * newton_,
+                       inverse_mass = body.inverse_masses().data()](std::size_t piece) {
+        if (piece == 0) { // from here on nothing reads it
+            elapsed_ = 0;
+        }
+        const auto [begin, end] = blocks(piece);
+        table_->relaxing_nodes()(nodes(), begin, end);
+        add(v, factor, inverse_mass, piece);
+    };
+    if (body.workers().threads() == 1) { // no node has cells in slots behind its own: what they have set is near
+        stages.push_back({pieces(), [take_on, kick](std::size_t piece, std::size_t) {
+                              take_on(piece);
+                              kick(piece);
+                          }});
+        return;
+    }
+    stages.push_back({pieces(), [take_on](std::size_t piece, std::size_t) { take_on(piece); }});
+    stages.push_back({pieces(), [kick](std::size_t piece, std::size_t) { kick(piece); }});
 }
 
 template <class T>
@@ -302,12 +334,14 @@ void StressRelaxation<T>::add_last_stages(const Body<T>&, State<T>&, const StepF
 template <class T>
 void StressRelaxation<T>::body_was_cut(const Body<T>&, const Lattice& lattice, const NodeNumbers&,
                                        std::span<const CutNode> nodes) {
-    for (const CutNode& node : nodes) {
-        for (std::uint32_t use = first_use_[node.node]; use < first_use_[node.node + 1]; ++use) {
-            Cell& cell = cells_[uses_[use] / 8];
-            if (!(lattice.cell_scales()[cell.grid] > 0)) {
-                cell.shear = cell.lame = 0;
-            }
+    const auto [nx, ny, nz] = lattice.cells();
+    for (const CutNode& node : nodes) { // all corners of what has gone are among them
+        const auto [x, y, z] = node.place;
+        const std::size_t counts[] = {static_cast<std::size_t>(nx), static_cast<std::size_t>(ny),
+                                      static_cast<std::size_t>(nz)};
+        if (x >= counts[0] || y >= counts[1] || z >= counts[2] ||
+            !(lattice.cell_scales()[x + counts[0] * (y + counts[1] * z)] > 0)) {
+            slots(kShear)[node.node] = slots(kLame)[node.node] = 0;
         }
     }
 }
@@ -315,9 +349,7 @@ void StressRelaxation<T>::body_was_cut(const Body<T>&, const Lattice& lattice, c
 template <class T>
 std::vector<double> StressRelaxation<T>::memory() const {
     std::vector<double> memory = {elapsed_};
-    for (const Strain& strain : strains_) {
-        memory.insert(memory.end(), strain.begin(), strain.end());
-    }
+    memory.insert(memory.end(), strains_.begin(), strains_.end());
     memory.insert(memory.end(), dissipated_.begin(), dissipated_.end());
     return memory;
 }
@@ -325,12 +357,10 @@ std::vector<double> StressRelaxation<T>::memory() const {
 template <class T>
 void StressRelaxation<T>::set_memory(std::span<const double> memory) {
     elapsed_ = memory[0];
-    auto next = memory.begin() + 1;
-    for (Strain& strain : strains_) {
-        std::copy_n(next, 6, strain.begin());
-        next += 6;
-    }
-    std::copy(next, memory.end(), dissipated_.begin());
+    const auto strains = memory.subspan(1, strains_.size());
+    std::transform(strains.begin(), strains.end(), strains_.begin(), [](double e) { return static_cast<T>(e); });
+    const auto dissipated = memory.subspan(1 + strains_.size());
+    std::copy(dissipated.begin(), dissipated.end(), dissipated_.begin());
 }
 
 template <class T>

@@ -2,6 +2,7 @@
 
 #include "dynamics/step.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -20,8 +21,9 @@ namespace hybmss {
 /// through a time x tau, h <- e^-x h + (1 - e^-x)/x (E - E before) is exact (Taylor, Pister and Goudreau 1970), and so
 /// is what the branch takes out meanwhile, part V0 / tau times the integral of lambda (tr h)^2 + 2 G h:h.
 ///
-/// Cells find their stress at the beginning of a step, nodes gather it in the order of the cells: the same for any
-/// number of threads. In double whatever T is: what a step changes is small beside what there is.
+/// Cells find their stress at the beginning of a step, nodes gather it: the same for any number of threads
+/// (kernels/relaxation_kernels.cpp). In float strains keep what they have been rounded by, since what a step changes is
+/// small beside what there is; Green's strain needs none of it, as its changes add up to what it is.
 template <class T>
 class StressRelaxation final : public StepEffect<T> {
 public:
@@ -42,58 +44,78 @@ public:
     void body_was_cut(const Body<T>& body, const Lattice& lattice, const NodeNumbers& numbers,
                       std::span<const CutNode> nodes) override;
     std::vector<double> memory() const override;
-    std::size_t memory_size() const override { return 1 + strains_.size() * 6 + dissipated_.size(); }
+    std::size_t memory_size() const override { return 1 + strains_.size() + dissipated_.size(); }
     void set_memory(std::span<const double> memory) override;
 
 private:
-    using Strain = std::array<double, 6>;     ///< xx, yy, zz, xy, yz, xz
-    using Gradient = std::array<double, 9>;   ///< H, or P, row by row
-    static constexpr std::size_t kPiece = 64; ///< cells, or nodes
+    using Courses = std::array<kernels::RelaxationCourse<T>, kernels::kMaxRelaxations>;
+    static constexpr std::size_t kWidth = kernels::kMaxWidth;
+    static constexpr std::size_t kMargin = 2 * kWidth; ///< of an array over the slots, at both ends
+    static constexpr std::size_t kPiece = 16 * kWidth; ///< slots
+    static constexpr std::int32_t kNowhere = INT32_MIN;
 
-    struct Cell {
-        std::array<std::uint32_t, 8> corners; ///< places in the body's fields
-        std::uint32_t grid;                   ///< index of the cell in the grid
-        double shear, lame;                   ///< G and lambda times V0, J; 0 where it has been cut away
+    /// Where three rows beside each block lie.
+    struct Rows {
+        std::vector<kernels::SlotRow> rows;
+        std::vector<std::int32_t> lanes;
+        /// The block's next row, by its slots' places; those that are kNowhere do with any place that serves, as
+        /// `elsewhere` does.
+        template <class Serves>
+        void add(std::span<const std::int32_t> places, std::int32_t elsewhere, const Serves& serves);
     };
-    /// What the time since the last state makes of a branch.
-    struct Course {
-        double left, gained;  ///< of the strain that there was, and of what is new
-        double dissipated[3]; ///< of the old strain's square, of its product with the new one, of that one's square
-    };
-    using Components = std::array<Component<const T>, 3>;
-    static Components components(const NodeField<T>& field);
-    static std::size_t pieces(std::size_t count) { return (count + kPiece - 1) / kPiece; }
-    std::vector<Course> courses() const;
-    Gradient gradient(const Cell& cell, const Components& displacement) const;
-    static Strain strain(const Gradient& h);
-    static double product(const Cell& cell, const Strain& a, const Strain& b);
-    /// The strains of a cell now, E and one of each branch.
-    std::span<Strain> strains(std::size_t cell) {
-        return std::span(strains_).subspan(cell * (1 + branches_.size()), 1 + branches_.size());
+
+    std::size_t pieces() const { return (nodes_ + kPiece - 1) / kPiece; }
+    /// From which on to which, of a piece.
+    std::array<kernels::Range, 2> blocks(std::size_t piece) const {
+        constexpr std::size_t kBlocks = kPiece / kWidth;
+        return {static_cast<kernels::Range>(piece * kBlocks),
+                static_cast<kernels::Range>(std::min((piece + 1) * kBlocks, blocks_))};
     }
-    std::span<const Strain> strains(std::size_t cell) const {
-        return std::span(strains_).subspan(cell * (1 + branches_.size()), 1 + branches_.size());
-    }
-    /// Takes a cell's strains on to a state. Returns what that has taken out, J.
-    double advance(const Cell& cell, std::span<const Course> courses, const Strain& now,
-                   std::span<Strain> strains) const;
-    Gradient stress(const Cell& cell, const Gradient& h, std::span<const Strain> strains) const;
-    std::array<double, 3> gathered(std::size_t node, std::span<const Gradient> stresses) const;
-    /// visit(cell, its number, its strains at the state, what has been taken out on the way there, H) for all cells.
     template <class Visit>
-    void for_each_cell(const State<T>& state, const Visit& visit) const;
+    void for_runs(std::size_t piece, const Visit& visit) const {
+        for (std::size_t run = first_run_[piece]; run < first_run_[piece + 1]; ++run) {
+            visit(runs_[run]);
+        }
+    }
+    T* slots(std::size_t array) const { return slots_.data() + array * length_ + kMargin; }
+    /// Numbers that each slot has.
+    std::size_t lines() const { return 6 + branches_.size() * kernels::kRelaxationLines<T>; }
+    void find_rows(std::span<const std::array<std::uint32_t, 8>> corners);
+    /// What the time since the last state makes of the branches.
+    Courses courses() const;
+    /// What the nodes of a piece have moved by, and all.
+    void read(const State<T>& state, std::size_t piece) const;
+    void read_all(const State<T>& state) const {
+        for (std::size_t piece = 0; piece < pieces(); ++piece) {
+            read(state, piece);
+        }
+    }
+    /// field += factor times the nodes' forces, times their weights where there are any.
+    void add(const std::array<Component<T>, 3>& field, double factor, const T* weight, std::size_t piece) const;
+    kernels::RelaxingCells<T> cells(const Courses& courses, T* strains) const;
+    kernels::RelaxingNodes<T> nodes() const;
+    /// Strains at a state, and what corners feel in scratch; adds to `taken` what has been taken out on the way there,
+    /// J.
+    std::vector<T> strains_at(const State<T>& state, double& taken) const;
 
-    double by_edge_;    ///< the unit of length over the edge of a cell
-    double per_length_; ///< 1 / (4 h0): stresses are by V0
+    const kernels::KernelTable<T>* table_;
+    T quarter_by_edge_ = 0;
+    double unit_ = 0;   ///< J: G V0, by which energies of strains are
+    double newton_ = 0; ///< and forces of nodes
     std::vector<Relaxation> branches_;
-    std::vector<Cell> cells_;
-    std::vector<std::size_t> places_;      ///< of the nodes in the body's fields
-    std::vector<std::uint32_t> first_use_; ///< of a node in uses_, one more than nodes
-    std::vector<std::uint32_t> uses_;      ///< 8 times the cell plus the corner
-    std::vector<Strain> strains_;
-    std::vector<Gradient> stresses_; ///< V0 P of the step at hand
-    std::vector<double> dissipated_; ///< J, one a piece of cells
+    std::size_t nodes_;
+    std::vector<NodeRun> runs_;          ///< neighbours in the body's fields too, none in two pieces
+    std::vector<std::size_t> first_run_; ///< of each piece, one more than pieces
+    std::size_t blocks_ = 0;             ///< of slots
+    std::size_t length_ = 0;             ///< of an array over them
+    Rows further_, before_;              ///< of the corners of cells, of the cells around nodes
+    std::vector<T> strains_;
+    std::vector<double> dissipated_; ///< J, one a piece
     double elapsed_ = 0;             ///< s since the state that strains_ are of
+    Courses course_{};               ///< of the step at hand
+    /// Arrays over the slots: scratch, but for the moduli, which are by G.
+    mutable std::vector<T> slots_;
+    static constexpr std::size_t kDisplacement = 0, kForce = 3, kPull = 6, kShear = 18, kLame = 19, kArrays = 20;
 };
 
 extern template class StressRelaxation<float>;
