@@ -60,6 +60,50 @@ Table beam_table(TableContext& context) {
     return table;
 }
 
+Table beam_curve_table(TableContext& context) {
+    Table table{
+        "beam-curves",
+        "Fig. 5: the beam's axis",
+        {"Where the points of the axis come to, x along the beam at rest, y upward, each printed method's x and y "
+         "in m; clamped at x = 0. [Drawn](../gallery.md#the-papers-figures)."},
+        {{"young_modulus", "E, MPa"}, {"rest", "x at rest", 1}, {"euler_bernoulli", "(6.1), y", 4}},
+        {},
+        {}};
+    for (const char* method : {"FD, 4x4x24", "HybMSS, 4x4x24", "FD, 8x8x48", "HybMSS, 8x8x48", "CalculiX, 8x8x48"}) {
+        for (const char* axis : {"x", "y"}) {
+            table.columns.push_back({fmt::format("{}, {}", method, axis), fmt::format("{}, {}", method, axis), 4});
+        }
+    }
+    for (const double E : context.quick ? std::vector<double>{1e7} : std::vector<double>{1e7, 2e6}) {
+        const auto beam = [E](int across) {
+            return Experiment{.kind = Kind::beam, .young_modulus = E, .across = across};
+        };
+        std::vector<Figures> methods;
+        for (const int across : {4, 8}) {
+            for (const Model model : {Model::hybmss_fd, Model::hybmss}) {
+                context.progress(key(beam(across)) + " " + std::string(name(model)));
+                methods.push_back(context.quick && across > 4 ? Figures{} : solve_lattice(beam(across), model));
+            }
+        }
+        methods.push_back(context.finite_elements.figures(beam(8)));
+        constexpr std::size_t kPoints = 12; // every second node of the coarse mesh
+        const double length = 2.4, tip = beam_theory(beam(4)).bending;
+        for (std::size_t point = 0; point <= kPoints; ++point) {
+            const double part = static_cast<double>(point) / kPoints, x = length * part;
+            auto& row = table.rows.emplace_back();
+            row = {fmt::format("{:g}", E / 1e6), x, -tip * part * part * (6 - 4 * part + part * part) / 3};
+            for (const Figures& figures : methods) {
+                const bool good = figures.good() && !figures.pictured.empty();
+                const auto& u =
+                    good ? figures.pictured[point * (figures.pictured.size() - 1) / kPoints] : std::array<double, 3>{};
+                row.push_back(good ? Cell(x + u[2]) : Cell());
+                row.push_back(good ? Cell(u[1]) : Cell());
+            }
+        }
+    }
+    return table;
+}
+
 Table beam_mesh_table(TableContext& context) {
     const Experiment fine = stiff_beam(8);
     const ElementChoice quadratic{calculix::ElementType::c3d20, calculix::Geometry::linear};

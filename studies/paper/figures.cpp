@@ -87,11 +87,15 @@ Figures solve_lattice(const Experiment& experiment, const Material& material) {
     return figures;
 }
 
-Material e_form(Material material) {
-    const double G = 2 * material.young_modulus / 5, r = volume_modulus(material) / G;
+Material with_moduli(Material material, double shear_modulus, double volume_modulus) {
+    const double r = volume_modulus / shear_modulus;
     material.poisson_ratio = (1 + r) / (4 + 2 * r);
-    material.young_modulus = 2 * G * (1 + material.poisson_ratio);
+    material.young_modulus = 2 * shear_modulus * (1 + material.poisson_ratio);
     return material;
+}
+
+Material e_form(Material material) {
+    return with_moduli(material, 2 * material.young_modulus / 5, volume_modulus(material));
 }
 
 std::vector<Motion> move_lattice(const Experiment& experiment, const Material& material) {

@@ -52,6 +52,8 @@ Figures solve_lattice(const Experiment& experiment, Model model);
 /// The material with springs by the right-hand forms of (5.12), which hold at nu = 1/4 alone: G = 2E/5 for every nu,
 /// and with the volume modulus and energy of the paper.
 Material e_form(Material material);
+/// The material with these instead of its own moduli: the springs' G and the volume's kappa, Pa.
+Material with_moduli(Material material, double shear_modulus, double volume_modulus);
 
 /// The paper's motion: 10,000 steps of 0.001 s, as far as it is told. Not told: the time in which the plates are led
 /// (s), and the damping, here by mass (1/s).

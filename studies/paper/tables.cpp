@@ -16,6 +16,7 @@ const std::vector<TableEntry>& tables() {
         {"torsion", [](TableContext& c) { return plate_table(Kind::torsion, c); }},
         {"motions", motion_table},
         {"beam", beam_table},
+        {"beam-curves", beam_curve_table},
         {"layers", layer_table},
         {"timing", timing_table},
         {"strain", strain_table},

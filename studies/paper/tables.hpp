@@ -26,6 +26,8 @@ Table plate_table(Kind kind, TableContext& context);
 Table motion_table(TableContext& context);
 /// Fig. 5: the beam's free end.
 Table beam_table(TableContext& context);
+/// And its axis.
+Table beam_curve_table(TableContext& context);
 /// Fig. 8 and Fig. 10: how far the middle layer lies from that of finite elements.
 Table layer_table(TableContext& context);
 /// Section 6.3: seconds for the eight meshes of Table 6.

@@ -130,6 +130,26 @@ TEST(Paper, middle_layers_are_near) {
     EXPECT_THROW(mean_distance(empty, empty), std::invalid_argument);
 }
 
+/// From the clamp to where the tip is by itself, and CalculiX beside it.
+TEST(Paper, the_axis_of_the_beam_ends_at_its_tip) {
+    FiniteElements finite_elements(FiniteElements::Source::stored);
+    TableContext context{finite_elements, true, [](const std::string&) {}};
+    const Table table = beam_curve_table(context);
+    ASSERT_EQ(table.rows.size(), 13u);
+    const auto at = [&](std::size_t row, std::size_t column) { return table.rows[row][column].number; };
+    constexpr std::size_t kTheory = 2, kLattice = 5, kCalculix = 11; // x, and y behind it
+    for (const std::size_t column : {kTheory, kLattice, kLattice + 1, kCalculix, kCalculix + 1}) {
+        EXPECT_EQ(at(0, column), 0) << column;
+    }
+    EXPECT_NEAR(at(12, kTheory), -0.3110, 5e-5);
+    EXPECT_NEAR(at(6, kTheory), -0.3110 * 17 / 48, 5e-5); // (6 - 2 + 1/4) / 12
+    const Figures whole = solve_lattice({.kind = Kind::beam, .young_modulus = 1e7}, Model::hybmss);
+    EXPECT_NEAR(at(12, kLattice + 1), -whole.response, 1e-3);
+    EXPECT_NEAR(at(12, kLattice), 2.4 + whole.pictured.back()[2], 1e-12);
+    EXPECT_NEAR(at(12, kCalculix + 1), -0.3121, 1e-3);
+    EXPECT_TRUE(std::isnan(at(12, 7))); // the fine mesh is left out
+}
+
 /// The print's compression at nu = 0 has springs of G = 2E/5.
 TEST(Paper, the_e_form_gives_the_printed_compression) {
     for (const double amount : {5.0, 20.0}) {
