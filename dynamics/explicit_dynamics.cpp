@@ -64,9 +64,6 @@ void add_scaled(const std::vector<LoadedComponent<T>>& loads, double seconds, No
     }
 }
 
-/// A look at the whole state takes about as long as a fifth of a step.
-constexpr long kStepsBetweenLooks = 64;
-
 double longest_spring(const Network& network) {
     double longest = 0;
     for (const Network::Spring& spring : network.springs) {
@@ -217,8 +214,8 @@ void ExplicitDynamics<T>::step(const StepParameters& parameters, long count, con
     }
     Implementation& i = *implementation_;
     const bool leapfrog = parameters.integrator == Integrator::leapfrog;
-    const StepFactors factors = step_factors(parameters, leapfrog ? i.half : std::nullopt);
-    static_cast<void>(step_constants<T>(factors, i.body->length_unit())); // before anything changes
+    const auto before = leapfrog ? i.half : std::nullopt;
+    static_cast<void>(step_constants<T>(step_factors(parameters, before), i.body->length_unit())); // what it throws
     if (count > 0 && !leapfrog) {
         i.complete();
     }
@@ -245,19 +242,8 @@ void ExplicitDynamics<T>::step(const StepParameters& parameters, long count, con
         };
     }
     const StepActions<T> actions{i.effects, i.prescribed, i.loaded, lead};
-    // The first leapfrog step of a kind begins with another kick than those that follow.
-    const bool first_differs = leapfrog && count > 0 && i.half != parameters;
-    take_steps<T>(*i.body, i.state, factors, actions, first_differs ? 1 : count);
-    if (first_differs && count > 1) {
-        take_steps<T>(*i.body, i.state, step_factors(parameters, parameters), actions, count - 1);
-    }
-    if (leapfrog && count > 0) {
-        i.half = parameters;
-    }
-    i.steps += count;
-    if (i.steps - i.looked_at >= kStepsBetweenLooks) {
-        i.look();
-    }
+    take_steps<T>(*i.body, i.state, parameters, before, actions, count);
+    i.took(parameters, count);
     if (thrown) {
         std::rethrow_exception(thrown);
     }
@@ -322,11 +308,34 @@ void ExplicitDynamics<T>::Implementation::replace_loads(std::vector<LoadedCompon
 }
 
 template <class T>
+void ExplicitDynamics<T>::Implementation::took(const StepParameters& parameters, long count) {
+    // A look at the whole state takes about as long as a fifth of a step.
+    constexpr long kStepsBetweenLooks = 64;
+    if (parameters.integrator == Integrator::leapfrog && count > 0) {
+        half = parameters;
+    }
+    steps += count;
+    if (steps - looked_at >= kStepsBetweenLooks) {
+        look();
+    }
+}
+
+template <class T>
 void ExplicitDynamics<T>::Implementation::look() const {
     looked_at = steps;
-    if (not_finite_at == 0 && !(body->finite(state.displacement) && body->finite(state.velocity))) {
+    const bool finite = seat.taken ? seat.row->finite(*body, seat.lane)
+                                   : body->finite(state.displacement) && body->finite(state.velocity);
+    if (not_finite_at == 0 && !finite) {
         not_finite_at = std::max(steps, 1L);
     }
+}
+
+template <class T>
+auto ExplicitDynamics<T>::Home::operator->() const -> Implementation* {
+    if (held_->seat.taken) {
+        held_->come_home();
+    }
+    return held_.get();
 }
 
 template <class T>
@@ -347,6 +356,9 @@ template <class T>
 PlanDescription ExplicitDynamics<T>::describe() const {
     PlanDescription description = implementation_->planned.describe();
     description.bytes += implementation_->state.bytes();
+    if (const auto& row = implementation_->seat.row) {
+        description.bytes += row->state.bytes() / row->state.bodies;
+    }
     for (const auto& component : implementation_->whole_velocity) {
         description.bytes += component.bytes();
     }

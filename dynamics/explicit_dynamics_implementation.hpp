@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,8 +16,46 @@
 
 namespace hybmss {
 
+/// Bodies that a batch steps side by side: what they are now is here, and each fetches it when it is asked for.
+template <class T>
+struct BodiesAbreast {
+    explicit BodiesAbreast(State<T> of_all) : state(std::move(of_all)) {}
+
+    /// `body`: one of them.
+    bool finite(const Body<T>& body, std::size_t lane) {
+        if (!all_finite) {
+            all_finite = body.finite(state.displacement) && body.finite(state.velocity);
+        }
+        const auto lane_is = [&](const NodeField<T>& field) {
+            for (const auto& component : field) {
+                for (std::size_t n = lane; n < component.size(); n += state.bodies) {
+                    if (!std::isfinite(component[n])) {
+                        return false;
+                    }
+                }
+            }
+            return true;
+        };
+        return *all_finite || (lane_is(state.displacement) && lane_is(state.velocity));
+    }
+
+    State<T> state;
+    std::optional<bool> all_finite; ///< known since the last steps
+    // Of all lanes.
+    std::vector<PrescribedComponent<T>> prescribed;
+    std::vector<LoadedComponent<T>> loaded;
+};
+
 template <class T>
 struct ExplicitDynamics<T>::Implementation {
+    /// A lane that the body has in a batch.
+    struct Seat {
+        std::shared_ptr<BodiesAbreast<T>> row;
+        std::size_t lane = 0;
+        bool taken = false; ///< the state is there, not here
+        long cuts = 0;      ///< when the seat was given
+    };
+
     Implementation(PlannedBody<T> made, double longest_edge)
         : planned(std::move(made)), body(planned.body.get()), state(body->make_state(true)),
           wave_speed(longest_edge / body->critical_time_step()) {}
@@ -93,8 +132,35 @@ struct ExplicitDynamics<T>::Implementation {
 
     /// Takes over where these nodes, the prescribed ones, are led. Throws as prescribe() does, and for other nodes.
     void lead(std::span<const PrescribedNode> nodes);
+    /// Counts steps taken, and looks where it is time.
+    void took(const StepParameters& parameters, long count);
     /// Looks at the whole state.
     void look() const;
+
+    /// between(element of the own state, that of the seat) for all of displacements and velocities.
+    template <class Between>
+    void with_seat(const Between& between) {
+        const auto fields = [&](NodeField<T>& own, NodeField<T>& all) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                T* const here = own[c].data();
+                T* const there = all[c].data() + seat.lane;
+                const std::size_t size = own[c].size(), bodies = seat.row->state.bodies;
+                for (std::size_t n = 0; n < size; ++n) {
+                    between(here[n], there[n * bodies]);
+                }
+            }
+        };
+        fields(state.displacement, seat.row->state.displacement);
+        fields(state.velocity, seat.row->state.velocity);
+    }
+    void sit_down() {
+        with_seat([](const T& here, T& there) { there = here; });
+        seat.taken = true;
+    }
+    void come_home() {
+        with_seat([](T& here, const T& there) { here = there; });
+        seat.taken = false;
+    }
 
     /// Throws where these cells of this lattice cannot be removed; else makes ready for it.
     void check_cut(const Lattice& lattice, std::span<const std::uint32_t> cells);
@@ -108,12 +174,14 @@ struct ExplicitDynamics<T>::Implementation {
     std::vector<std::unique_ptr<StepEffect<T>>> effects;
     std::vector<PrescribedComponent<T>> prescribed; ///< each once
     std::vector<LoadedComponent<T>> loaded;
-    std::vector<NodalLoad> loads;   ///< that `loaded` comes from
-    double pushed = 0;              ///< m/s^2, that effects accelerate a node by at most; see StepEffect::set_pushed()
-    long steps = 0;                 ///< taken
-    long settings = 0;              ///< of displacements, so far
-    long holds = 0;                 ///< likewise of velocities and of prescribed nodes
-    long cuts = 0;                  ///< likewise
+    std::vector<NodalLoad> loads; ///< that `loaded` comes from
+    double pushed = 0;            ///< m/s^2, that effects accelerate a node by at most; see StepEffect::set_pushed()
+    long steps = 0;               ///< taken
+    long settings = 0;            ///< of displacements, so far
+    long holds = 0;               ///< likewise of velocities and of prescribed nodes
+    long cuts = 0;                ///< likewise
+    Seat seat;
+    bool watched = false;           ///< a world looks at the state where it lies
     mutable long looked_at = 0;     ///< the count of steps at the last look at the state; -1: never since it was set
     mutable long not_finite_at = 0; ///< that of the first look that found it not finite, or 0
     std::optional<NodeNumbers> numbers;  ///< from the first cut on

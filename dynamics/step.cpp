@@ -76,9 +76,25 @@ void take_steps(const Body<T>& body, State<T>& state, const StepFactors& factors
     body.workers().run(stages, count);
 }
 
+template <class T>
+void take_steps(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+                const std::optional<StepParameters>& before, const StepActions<T>& actions, long count) {
+    // The first leapfrog step of a kind begins with another kick than those that follow.
+    const bool leapfrog = parameters.integrator == Integrator::leapfrog;
+    const bool first_differs = leapfrog && count > 0 && before != parameters;
+    take_steps(body, state, step_factors(parameters, before), actions, first_differs ? 1 : count);
+    if (first_differs && count > 1) {
+        take_steps(body, state, step_factors(parameters, parameters), actions, count - 1);
+    }
+}
+
 template void set_prescribed(State<float>&, std::span<const PrescribedComponent<float>>);
 template void set_prescribed(State<double>&, std::span<const PrescribedComponent<double>>);
 template void take_steps(const Body<float>&, State<float>&, const StepFactors&, const StepActions<float>&, long);
 template void take_steps(const Body<double>&, State<double>&, const StepFactors&, const StepActions<double>&, long);
+template void take_steps(const Body<float>&, State<float>&, const StepParameters&, const std::optional<StepParameters>&,
+                         const StepActions<float>&, long);
+template void take_steps(const Body<double>&, State<double>&, const StepParameters&,
+                         const std::optional<StepParameters>&, const StepActions<double>&, long);
 
 } // namespace hybmss

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -105,6 +106,10 @@ struct StepActions {
 template <class T>
 void take_steps(const Body<T>& body, State<T>& state, const StepFactors& factors, const StepActions<T>& actions,
                 long count);
+/// `before`: the leapfrog step whose second half kick the velocities lack, if any; then these are such steps too.
+template <class T>
+void take_steps(const Body<T>& body, State<T>& state, const StepParameters& parameters,
+                const std::optional<StepParameters>& before, const StepActions<T>& actions, long count);
 
 template <class T>
 void set_prescribed(State<T>& state, std::span<const PrescribedComponent<T>> prescribed);

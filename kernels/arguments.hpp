@@ -90,6 +90,10 @@ struct MeanConstants {
 ///
 /// In the layout active-rows, rows have no fixed distance, and planes differ in length: `neighbors` has the place of
 /// row and plane, `lanes` and `upper_lanes` are what the two planes take, `plane` is where the upper one begins.
+///
+/// Of bodies side by side (bodies_layer) each element of the state is so many, one a body, and `row`, `lanes`,
+/// `cell_lanes` and `plane` count them all; the second and third without padding. Masses and stiffnesses are once for
+/// all.
 template <class T>
 struct LatticeLayer {
     std::ptrdiff_t row;

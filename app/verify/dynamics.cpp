@@ -1,5 +1,6 @@
 #include "app/verify/bodies.hpp"
 
+#include "hybmss/batch.hpp"
 #include "hybmss/explicit_dynamics.hpp"
 #include "reference/forces.hpp"
 #include "reference/semi_implicit_euler.hpp"
@@ -62,17 +63,20 @@ Run run_reference(const reference::Body& body, const StepParameters& parameters,
 }
 
 /// Gravity, damping and prescribed nodes, or none of them: kernels have a variant of its own for each. Then the
-/// body in one tile, and damping along the springs, which takes kernels of its own.
+/// body in one tile, and damping along the springs, which takes kernels of its own. Then several bodies in a batch, the
+/// first and the last in motion: lanes of vectors that are full, and of one that is not.
 struct Case {
     const char* check;
     bool driven;
     bool one_tile = false;
     double spring_damping = 0; ///< in critical time steps
+    std::size_t bodies = 1;
 };
 constexpr Case kCases[] = {{"50 driven steps", true},
                            {"50 free steps", false},
                            {"one-tile steps", true, true},
-                           {"damped steps", true, false, 0.1}};
+                           {"damped steps", true, false, 0.1},
+                           {"side by side", true, false, 0, 18}};
 
 StepParameters step_parameters(const Case& which, double critical_time_step, double cell_size) {
     const double dt = 0.3 * critical_time_step;
@@ -92,9 +96,16 @@ void compare(const TestBody& body, const reference::Body& reference, const std::
              const Case& which, const MatrixOptions& options, RowTable& table) {
     const auto prescribed = which.driven ? prescribed_nodes(body, start.size()) : std::vector<PrescribedNode>{};
     for (RowKey key : kernel_keys(body, options.instruction_sets, precision_name<T>())) {
+        if (which.bodies > 1 && !key.layout.starts_with("flat-rows")) {
+            continue;
+        }
         PlanOptions plan = plan_options(key);
         plan.one_tile = which.one_tile;
-        auto dynamics = make_planned<ExplicitDynamics<T>>(body, plan);
+        std::vector<ExplicitDynamics<T>> bodies;
+        for (std::size_t b = 0; b < which.bodies; ++b) {
+            bodies.push_back(make_planned<ExplicitDynamics<T>>(body, plan));
+        }
+        ExplicitDynamics<T>& dynamics = bodies.front();
         const double spring_damping = which.spring_damping * dynamics.critical_time_step();
         dynamics.damp_springs(spring_damping);
         const StepParameters parameters = step_parameters(which, dynamics.critical_time_step(), body.cell_size);
@@ -106,19 +117,34 @@ void compare(const TestBody& body, const reference::Body& reference, const std::
         }
 
         NodeArray<T> u(Arrangement::stride_3, start), v(Arrangement::separate_arrays, start.size());
-        dynamics.set_displacements(u.field());
-        dynamics.prescribe(prescribed);
-        dynamics.step(parameters, kSteps - 1);
-        dynamics.step(parameters);
-        dynamics.get_displacements(u.field());
-        dynamics.get_velocities(v.field());
-
+        for (ExplicitDynamics<T>* moving : {&dynamics, &bodies.back()}) {
+            moving->set_displacements(u.field());
+            moving->prescribe(prescribed);
+        }
+        if (which.bodies == 1) {
+            dynamics.step(parameters, kSteps - 1);
+            dynamics.step(parameters);
+        } else {
+            Batch<T> batch(1, BatchLayout::side_by_side);
+            batch.step(bodies, parameters, kSteps - 1);
+            batch.step(bodies, parameters);
+            if (batch.describe().side_by_side < which.bodies) { // such a body does not go so
+                continue;
+            }
+        }
         key.check = which.check;
         const std::string name = body.name + ", " + body.variant;
         const auto record = [&](double error, double scale) { table.record(key, error / scale, name); };
-        record(max_difference(u.vectors(), expected.state.u), expected.greatest_u);
-        record(max_difference(v.vectors(), expected.state.v), expected.greatest_v);
-        record(std::abs(dynamics.kinetic_energy() - expected.kinetic_energy), expected.greatest_kinetic_energy);
+        for (const ExplicitDynamics<T>* moved : {&dynamics, &bodies.back()}) {
+            moved->get_displacements(u.field());
+            moved->get_velocities(v.field());
+            record(max_difference(u.vectors(), expected.state.u), expected.greatest_u);
+            record(max_difference(v.vectors(), expected.state.v), expected.greatest_v);
+            record(std::abs(moved->kinetic_energy() - expected.kinetic_energy), expected.greatest_kinetic_energy);
+            if (which.bodies == 1) {
+                break;
+            }
+        }
     }
 }
 

@@ -51,9 +51,10 @@ constexpr Tolerance kProperties[] = {
     {"spring damping", 3,
      "at a strain of 0.1, velocities of up to a cell a second: over the greatest of any node's sums of magnitudes"},
     {"critical time step", 8, "excess over 2 / sqrt(largest eigenvalue of M^-1 K), found by power iteration"},
-    {"one-tile steps", 50, "as the next but two, with the body in one tile", kStepsOfForces},
-    {"damped steps", 50, "as the next but one, with damping along the springs", kStepsOfForces},
-    {"50 free steps", 50, "as the next, without gravity, damping and prescribed nodes", kStepsOfForces},
+    {"one-tile steps", 50, "as the last, with the body in one tile", kStepsOfForces},
+    {"side by side", 50, "likewise, of bodies in the lanes of vectors", kStepsOfForces},
+    {"damped steps", 50, "likewise, with damping along the springs", kStepsOfForces},
+    {"50 free steps", 50, "likewise, without gravity, damping and prescribed nodes", kStepsOfForces},
     {"50 driven steps", 50,
      "displacements, velocities and kinetic energy over the greatest of the run: roundings of 50\n    steps add up, "
      "and oscillations that started a little apart drift apart",

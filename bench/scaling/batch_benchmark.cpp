@@ -16,7 +16,8 @@ constexpr const char* kIntroduction =
     "64 bodies, full HybMSS, ten steps a call; medians of interleaved rounds. `speed-up`: over the same bodies stepped "
     "one\n"
     "after the other on one thread; `quiet`: the same ratio of the fastest quarters of all rounds.\n"
-    "Then small and slender bodies on one thread, so many in a batch, by the time a cell of 30^3 (fastest quarters).\n";
+    "Then small and slender bodies on one thread, so many in a batch, by the time a cell of 30^3 (fastest quarters);\n"
+    "`lanes`: of these, stepped side by side.\n";
 
 constexpr std::size_t kBodies = 64;
 constexpr long kStepsACall = 10;
@@ -70,8 +71,10 @@ struct SmallBodies {
     std::array<int, 3> mesh;
     std::size_t count;
 };
-constexpr SmallBodies kSmall[] = {{{3, 3, 3}, 1000}, {{4, 4, 4}, 500}, {{5, 5, 5}, 250}, {{8, 8, 8}, 60},
-                                  {{10, 10, 10}, 1}, {{1, 1, 500}, 1}, {{4, 4, 24}, 1},  {{8, 8, 48}, 1}};
+constexpr SmallBodies kSmall[] = {{{3, 3, 3}, 1000},  {{4, 4, 4}, 500},   {{5, 5, 5}, 250},  {{8, 8, 8}, 64},
+                                  {{10, 10, 10}, 32}, {{12, 12, 12}, 16}, {{1, 1, 500}, 32}, {{4, 4, 24}, 64},
+                                  {{8, 8, 48}, 16},   {{10, 10, 10}, 1},  {{1, 1, 500}, 1},  {{4, 4, 24}, 1},
+                                  {{8, 8, 48}, 1}};
 
 /// So many bodies of the row against one of 30^3 cells.
 template <class T>
@@ -94,14 +97,15 @@ void measure_small(benchmark::State& state, const BenchRow& row, std::size_t cou
         return;
     }
     state.counters["bodies"] = static_cast<double>(count);
+    state.counters["lanes"] = static_cast<double>(batch.describe().side_by_side);
     state.counters["ns_per_cell"] = 1e9 * fastest_quarter_mean(small) / cells;
     state.counters["of_cube"] = fastest_quarter_mean(small) / cells / (fastest_quarter_mean(whole) / 27000);
 }
 
 std::string small_line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
-    return printed("%-14s %-12s %-7s %-6s %7.0f %8.2f %8.2f", mesh_name(row).c_str(), row.layout.c_str(),
+    return printed("%-14s %-12s %-7s %-6s %7.0f %7.0f %8.2f %8.2f", mesh_name(row).c_str(), row.layout.c_str(),
                    std::string(name(row.instruction_set)).c_str(), std::string(name(row.precision)).c_str(),
-                   counter(run, "bodies"), counter(run, "ns_per_cell"), counter(run, "of_cube"));
+                   counter(run, "bodies"), counter(run, "lanes"), counter(run, "ns_per_cell"), counter(run, "of_cube"));
 }
 
 std::string line(const BenchRow& row, const benchmark::BenchmarkReporter::Run& run) {
@@ -118,8 +122,8 @@ Table batch_benchmark(const RowChoices& asked) {
     const RowChoices choices = asked.with_layouts({"lattice"});
     const std::string heading = printed("%-14s %-12s %-7s %-6s %7s %5s %8s %8s %8s %8s", "mesh", "layout", "isa",
                                         "type", "threads", "used", "ns/cell", "Mcells/s", "speed-up", "quiet");
-    const std::string of_small =
-        printed("%-14s %-12s %-7s %-6s %7s %8s %8s", "mesh", "layout", "isa", "type", "bodies", "ns/cell", "by 30^3");
+    const std::string of_small = printed("%-14s %-12s %-7s %-6s %7s %7s %8s %8s", "mesh", "layout", "isa", "type",
+                                         "bodies", "lanes", "ns/cell", "by 30^3");
     Table table{kIntroduction, {}};
     for (const std::string& layout : choices.layouts) {
         for (InstructionSet set : choices.instruction_sets) {
@@ -141,7 +145,7 @@ Table batch_benchmark(const RowChoices& asked) {
                     const BenchRow row = {small.mesh, Model::hybmss, layout, set, precision, 1, choices.accuracy};
                     const auto measure = precision == Precision::float32 ? measure_small<float> : measure_small<double>;
                     table.rows.push_back(
-                        {"small" + row_name(row), 1, of_small,
+                        {"small" + row_name(row) + printed("/bodies:%zu", small.count), 1, of_small,
                          std::max(5L, std::lround(choices.seconds / (2 * kSliceSeconds))),
                          [=, count = small.count](benchmark::State& state) { measure(state, row, count); },
                          [row](const auto& run) { return small_line(row, run); }});

@@ -99,6 +99,7 @@ struct World<T>::Implementation {
         bodies.push_back(std::move(given));
         const std::size_t body = bodies.size() - 1;
         auto& i = inside(body);
+        i.watched = true;
         bodies[body].cuts = i.cuts;
         WorldBody<T>& added = *bodies[body].nodes;
         added.length_unit = i.body->length_unit();

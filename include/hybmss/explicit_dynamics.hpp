@@ -14,12 +14,15 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hybmss {
 
 template <class T>
 class World;
+template <class T>
+class Batch;
 
 /// How steps go on from velocity and displacement, at the same price: see ExplicitDynamics.
 enum class Integrator { symplectic_euler, leapfrog };
@@ -259,9 +262,22 @@ public:
 private:
     template <class U>
     friend class World; // bodies of a world push each other
+    template <class U>
+    friend class Batch;
 
     struct HYBMSS_LOCAL Implementation;
-    std::unique_ptr<Implementation> implementation_;
+    /// The way to it. A batch may have the state among that of others (BatchLayout): whoever asks finds it at home.
+    class Home {
+    public:
+        HYBMSS_LOCAL explicit Home(std::unique_ptr<Implementation> made) : held_(std::move(made)) {}
+        HYBMSS_LOCAL Implementation* operator->() const;
+        HYBMSS_LOCAL Implementation& operator*() const { return *operator->(); }
+        HYBMSS_LOCAL Implementation& wherever() const { return *held_; }
+
+    private:
+        std::unique_ptr<Implementation> held_;
+    };
+    Home implementation_;
 };
 
 extern template class ExplicitDynamics<float>;

@@ -26,13 +26,47 @@ HYBMSS_INLINE ColumnCarry<V> no_carry() {
     return {none, none, none, none};
 }
 
-/// Displacements of a row of node vectors, and of their neighbours one further in x.
+/// What the lanes of a vector hold: nodes of a row, one after the other.
+struct NodesOfARow {
+    /// How far on a vector's neighbours in x begin.
+    template <class V>
+    static constexpr std::ptrdiff_t kNext = 1;
+    /// Masses and stiffnesses, at the nodes from n on.
+    template <class V>
+    HYBMSS_INLINE static V made(const Scalar<V>* values, std::ptrdiff_t n) {
+        return load_lanes<V>(values + n);
+    }
+    /// Values of a vector's high sides at the nodes where they lie; `before`: those of the vector before.
+    template <class V>
+    HYBMSS_INLINE static V next(V before, V high) {
+        return shift_in(before, high);
+    }
+};
+/// Or one node of as many bodies, all made alike.
+struct NodesOfBodies {
+    template <class V>
+    static constexpr std::ptrdiff_t kNext = kWidth<V>;
+    template <class V>
+    HYBMSS_INLINE static V made(const Scalar<V>* values, std::ptrdiff_t n) {
+        return splat<V>(values[static_cast<std::size_t>(n) / static_cast<std::size_t>(kWidth<V>)]);
+    }
+    template <class V>
+    HYBMSS_INLINE static V next(V before, V) {
+        return before;
+    }
+};
+
+/// Displacements of a vector of nodes.
 template <class V, class T>
+HYBMSS_INLINE Vector3<V> load_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n) {
+    return {load_lanes<V>(layer.displacement[0] + n), load_lanes<V>(layer.displacement[1] + n),
+            load_lanes<V>(layer.displacement[2] + n)};
+}
+/// Of a vector of nodes, and of their neighbours one further in x.
+template <class V, class T, class Lanes = NodesOfARow>
 HYBMSS_INLINE void load_row(const LatticeLayer<T>& layer, std::ptrdiff_t n, Vector3<V>& low, Vector3<V>& high) {
-    low = {load_lanes<V>(layer.displacement[0] + n), load_lanes<V>(layer.displacement[1] + n),
-           load_lanes<V>(layer.displacement[2] + n)};
-    high = {load_lanes<V>(layer.displacement[0] + n + 1), load_lanes<V>(layer.displacement[1] + n + 1),
-            load_lanes<V>(layer.displacement[2] + n + 1)};
+    low = load_nodes<V>(layer, n);
+    high = load_nodes<V>(layer, n + Lanes::template kNext<V>);
 }
 
 /// Displacements of the eight corners of a vector of cells, and their springs' stiffness; what is not used is not
@@ -42,30 +76,30 @@ struct Cell {
     Vector3<V> u[8];
     V k[7];
 };
-template <class V, class T>
+template <class V, class Lanes, class T>
 HYBMSS_INLINE Cell<V> load_cell(const LatticeLayer<T>& layer, const CellRows& at) {
     Cell<V> cell;
-    load_row<V, T>(layer, at.low, cell.u[0], cell.u[1]);
-    load_row<V, T>(layer, at.low_y, cell.u[2], cell.u[3]);
-    load_row<V, T>(layer, layer.plane + at.high, cell.u[4], cell.u[5]);
-    load_row<V, T>(layer, layer.plane + at.high_y, cell.u[6], cell.u[7]);
+    load_row<V, T, Lanes>(layer, at.low, cell.u[0], cell.u[1]);
+    load_row<V, T, Lanes>(layer, at.low_y, cell.u[2], cell.u[3]);
+    load_row<V, T, Lanes>(layer, layer.plane + at.high, cell.u[4], cell.u[5]);
+    load_row<V, T, Lanes>(layer, layer.plane + at.high_y, cell.u[6], cell.u[7]);
     for (int kind = 0; kind < 7; ++kind) {
-        cell.k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+        cell.k[kind] = Lanes::template made<V>(layer.stiffness[kind], at.low);
     }
     return cell;
 }
 /// The same, loaded anew: the compiler must not keep the first loads in registers, or spill them.
-template <class V, class T>
+template <class V, class Lanes, class T>
 HYBMSS_INLINE Cell<V> reload_cell(const LatticeLayer<T>& layer, const CellRows& at) {
-    return load_cell<V>(layer, {forget(at.low), forget(at.low_y), forget(at.high), forget(at.high_y)});
+    return load_cell<V, Lanes>(layer, {forget(at.low), forget(at.low_y), forget(at.high), forget(at.high_y)});
 }
 
 /// The forces on the high corners of a vector of cells, moved one lane on to the nodes that they act on. A row of nodes
 /// gets its forces from the low corners of its own cells and the high corners of those before. They meet in registers,
 /// because two overlapping read-modify-writes of memory stall on store forwarding.
-template <class V>
+template <class Lanes = NodesOfARow, class V>
 HYBMSS_INLINE Vector3<V> next_column(const Vector3<V>& high, Vector3<V>& carry) {
-    const Vector3<V> moved = {shift_in(carry.x, high.x), shift_in(carry.y, high.y), shift_in(carry.z, high.z)};
+    const Vector3<V> moved = {Lanes::next(carry.x, high.x), Lanes::next(carry.y, high.y), Lanes::next(carry.z, high.z)};
     carry = high;
     return moved;
 }
@@ -82,10 +116,10 @@ HYBMSS_INLINE void store_force(T* const (&force)[3], std::ptrdiff_t n, const Vec
 }
 
 /// v <- (v + dt (f/m + g)) / (1 + dt c), u <- u + dt v
-template <bool driven, class V, class T>
+template <bool driven, class Lanes = NodesOfARow, class V, class T>
 HYBMSS_INLINE void integrate_nodes(T* const (&displacement)[3], T* const (&velocity)[3], const T* inverse_mass,
                                    const StepConstants<T>& step, std::ptrdiff_t n, const Vector3<V>& force) {
-    const V mass = load_lanes<V>(inverse_mass + n);
+    const V mass = Lanes::template made<V>(inverse_mass, n);
     const V mobility = mass * splat<V>(step.force_factor);
     const V f[3] = {force.x, force.y, force.z};
     for (int c = 0; c < 3; ++c) {
@@ -100,17 +134,17 @@ HYBMSS_INLINE void integrate_nodes(T* const (&displacement)[3], T* const (&veloc
     }
 }
 
-template <class V, class T>
+template <class Lanes = NodesOfARow, class V, class T>
 HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, const Vector3<V>& force) {
     switch (layer.finish) {
     case Finish::store:
         store_force(layer.partial, n, force);
         break;
     case Finish::integrate:
-        integrate_nodes<false>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n, force);
+        integrate_nodes<false, Lanes>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n, force);
         break;
     case Finish::integrate_driven:
-        integrate_nodes<true>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n, force);
+        integrate_nodes<true, Lanes>(layer.displacement, layer.velocity, layer.inverse_mass, layer.step, n, force);
         break;
     }
 }
@@ -125,7 +159,7 @@ HYBMSS_INLINE void finish_nodes(const LatticeLayer<T>& layer, std::ptrdiff_t n, 
 /// spilled.
 ///
 /// The upper rows are written before the lower ones are read: with rows shorter than a vector they overlap.
-template <bool face_diagonals, Volume volume, Accuracy accuracy, bool sets_above, class V>
+template <bool face_diagonals, Volume volume, Accuracy accuracy, bool sets_above, class V, class Lanes = NodesOfARow>
 HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
     const V zero = splat<V>(0);
     // Corners 4 to 7 get the opposite of 3 to 0: their forces are held, and merged, with the sign reversed.
@@ -143,7 +177,7 @@ HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellR
         } else {
             f6 = Vector3<V>{zero, zero, zero} - f[1];
         }
-        const Vector3<V> f7 = next_column(f[0], carry.high_y);
+        const Vector3<V> f7 = next_column<Lanes>(f[0], carry.high_y);
         if constexpr (sets_above) {
             store_force<V>(layer.above, at.high_y, f6 - f7);
         } else {
@@ -164,7 +198,7 @@ HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellR
             pull<2, 4>(minus_f4, cell.u, tension);
         }
         store_force<V>(layer.above, at.high,
-                       load_force<V>(layer.above, at.high) - minus_f4 - next_column(minus_f5, carry.high));
+                       load_force<V>(layer.above, at.high) - minus_f4 - next_column<Lanes>(minus_f5, carry.high));
         if constexpr (face_diagonals) {
             pull<0, 3>(f0, cell.u, tension);
             push<0, 3>(f[3], cell.u, tension);
@@ -178,41 +212,41 @@ HYBMSS_INLINE void sweep_cells(const LatticeLayer<Scalar<V>>& layer, const CellR
             push<1, 2>(f[2], cell.u, tension);
         }
         store_force<V>(layer.partial, at.low_y,
-                       load_force<V>(layer.partial, at.low_y) + f[2] + next_column(f[3], carry.low_y));
+                       load_force<V>(layer.partial, at.low_y) + f[2] + next_column<Lanes>(f[3], carry.low_y));
         pull<0, 1>(f0, cell.u, tension);
         push<0, 1>(f[1], cell.u, tension);
     };
 
     if constexpr (face_diagonals && !Traits<V>::kFloat) {
-        diagonals(load_cell<V>(layer, at));
-        const Cell<V> first = reload_cell<V>(layer, at);
+        diagonals(load_cell<V, Lanes>(layer, at));
+        const Cell<V> first = reload_cell<V, Lanes>(layer, at);
         first_springs(first, spring_tensions<accuracy>(FirstThree{}, first.u, first.k));
-        const Cell<V> second = reload_cell<V>(layer, at);
+        const Cell<V> second = reload_cell<V, Lanes>(layer, at);
         second_springs(second, spring_tensions<accuracy>(SecondThree{}, second.u, second.k));
-        const Cell<V> last = reload_cell<V>(layer, at);
+        const Cell<V> last = reload_cell<V, Lanes>(layer, at);
         last_springs(last, spring_tensions<accuracy>(LastThree{}, last.u, last.k));
     } else {
-        const Cell<V> cell = load_cell<V>(layer, at);
+        const Cell<V> cell = load_cell<V, Lanes>(layer, at);
         const auto tension = spring_tensions<accuracy>(EdgesAndFaces<face_diagonals>{}, cell.u, cell.k);
         diagonals(cell);
         first_springs(cell, tension);
         second_springs(cell, tension);
         last_springs(cell, tension);
     }
-    finish_nodes(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f[1], carry.low));
+    finish_nodes<Lanes>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column<Lanes>(f[1], carry.low));
 }
 
 /// The same for nodes of the last row, beyond which there are no cells: springs within the side, which lies in x and z.
-template <bool face_diagonals, Accuracy accuracy, class V>
+template <bool face_diagonals, Accuracy accuracy, class V, class Lanes = NodesOfARow>
 HYBMSS_INLINE void sweep_last_row(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
     using T = Scalar<V>;
     const V zero = splat<V>(0);
     Vector3<V> u[6];
-    load_row<V, T>(layer, at.low, u[0], u[1]);
-    load_row<V, T>(layer, layer.plane + at.high, u[4], u[5]);
+    load_row<V, T, Lanes>(layer, at.low, u[0], u[1]);
+    load_row<V, T, Lanes>(layer, layer.plane + at.high, u[4], u[5]);
     V k[7];
     for (int kind : {0, 2, 4}) {
-        k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+        k[kind] = Lanes::template made<V>(layer.stiffness[kind], at.low);
     }
     const auto tension = spring_tensions<accuracy>(SideSprings<face_diagonals>{}, u, k);
     // Added up as in a cell whose other springs pull with nothing, so that both make the same bits.
@@ -224,7 +258,7 @@ HYBMSS_INLINE void sweep_last_row(const LatticeLayer<Scalar<V>>& layer, const Ce
         pull<0, 4>(f0, u, tension);
         pull<0, 4>(minus_f4, u, tension);
         store_force<V>(layer.above, at.high,
-                       load_force<V>(layer.above, at.high) - minus_f4 - next_column(minus_f5, carry.high));
+                       load_force<V>(layer.above, at.high) - minus_f4 - next_column<Lanes>(minus_f5, carry.high));
         pull<0, 1>(f0, u, tension);
         push<0, 1>(f1, u, tension);
     } else {
@@ -233,20 +267,20 @@ HYBMSS_INLINE void sweep_last_row(const LatticeLayer<Scalar<V>>& layer, const Ce
         pull<0, 1>(f0, u, tension);
         f1 = Vector3<V>{zero, zero, zero} - spring_force<0, 1>(u, tension);
     }
-    finish_nodes(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
+    finish_nodes<Lanes>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column<Lanes>(f1, carry.low));
 }
 
 /// The same for nodes of the topmost plane, above which there are no cells: springs within the plane.
-template <bool face_diagonals, Accuracy accuracy, class V>
+template <bool face_diagonals, Accuracy accuracy, class V, class Lanes = NodesOfARow>
 HYBMSS_INLINE void sweep_top(const LatticeLayer<Scalar<V>>& layer, const CellRows& at, ColumnCarry<V>& carry) {
     using T = Scalar<V>;
     const V zero = splat<V>(0);
     Vector3<V> u[4];
-    load_row<V, T>(layer, at.low, u[0], u[1]);
-    load_row<V, T>(layer, at.low_y, u[2], u[3]);
+    load_row<V, T, Lanes>(layer, at.low, u[0], u[1]);
+    load_row<V, T, Lanes>(layer, at.low_y, u[2], u[3]);
     V k[7];
     for (int kind : {0, 1, 3}) {
-        k[kind] = load_lanes<V>(layer.stiffness[kind] + at.low);
+        k[kind] = Lanes::template made<V>(layer.stiffness[kind], at.low);
     }
     const auto tension = spring_tensions<accuracy>(PlaneSprings<face_diagonals>{}, u, k);
     Vector3<V> f0 = spring_force<0, 1>(u, tension), f1 = Vector3<V>{zero, zero, zero} - f0;
@@ -258,8 +292,9 @@ HYBMSS_INLINE void sweep_top(const LatticeLayer<Scalar<V>>& layer, const CellRow
         pull<1, 2>(f1, u, tension);
         push<1, 2>(f2, u, tension);
     }
-    store_force(layer.partial, at.low_y, load_force<V>(layer.partial, at.low_y) + f2 + next_column(f3, carry.low_y));
-    finish_nodes(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column(f1, carry.low));
+    store_force(layer.partial, at.low_y,
+                load_force<V>(layer.partial, at.low_y) + f2 + next_column<Lanes>(f3, carry.low_y));
+    finish_nodes<Lanes>(layer, at.low, load_force<V>(layer.partial, at.low) + f0 + next_column<Lanes>(f1, carry.low));
 }
 
 /// The energy of a vector of cells and of the springs that start at its nodes; with `top` of the topmost plane's

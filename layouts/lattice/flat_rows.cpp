@@ -120,8 +120,9 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, con
     LatticeArrays<T> a;
     a.axes = axes;
     a.cell_size = lattice.cell_size();
-    const std::size_t rows = count_of(lattice, axes, 1) + 1, lanes = lanes_of(lattice, axes);
+    const std::size_t lanes = lanes_of(lattice, axes);
     a.row = count_of(lattice, axes, 0) + 1;
+    a.rows = count_of(lattice, axes, 1) + 1;
     a.cell_lanes = cell_lanes_of(lattice, axes);
     a.planes = count_of(lattice, axes, 2) + 1;
     a.plane = padded(lanes + a.row + 1);
@@ -143,7 +144,7 @@ LatticeArrays<T> flat_rows(const Lattice& lattice, const Material& material, con
             std::copy_n(touching.data() + a.begin[k - 1], a.plane, touching.data() + a.begin[k]);
             continue;
         }
-        for (std::size_t j = 0; j < rows; ++j) {
+        for (std::size_t j = 0; j < a.rows; ++j) {
             for (std::size_t i = 0; i < a.row; ++i) {
                 const std::size_t in_plane = j * a.row + i, n = a.begin[k] + in_plane;
                 const CellShares::Node node = shares.at({i, j, k});

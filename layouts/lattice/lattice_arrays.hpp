@@ -63,7 +63,7 @@ private:
 template <class T>
 struct LatticeArrays {
     LatticeAxes axes;
-    std::size_t row = 0;            ///< flat-rows: nodes of a row
+    std::size_t row = 0, rows = 0;  ///< flat-rows: nodes of a row, rows of a plane
     std::size_t cell_lanes = 0;     ///< flat-rows: of `lanes`, those that hold all cells, whole vectors of the widest
     std::size_t planes = 0;         ///< of nodes
     std::size_t plane = 0;          ///< flat-rows: distance of planes; else length of the longest

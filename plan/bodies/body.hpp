@@ -55,6 +55,7 @@ struct State {
     NodeField<T> direction;               ///< as displacements; empty until a Hessian product is asked for
     NodeField<T> beside;                  ///< N; empty unless there are passes beside, zero between uses
     std::vector<AlignedArray<T>> buffers; ///< the body's own
+    std::size_t bodies = 1;               ///< alike, side by side: an element of a component is one of each
 
     std::size_t bytes() const;
 };
@@ -120,6 +121,12 @@ public:
     virtual void take_over(const Lattice& cut, std::span<const CutNode> nodes, std::size_t removed);
 
     State<T> make_state(bool moving) const;
+    /// How many bodies like this one step_stages() takes side by side, a lane of a vector each; 1: this one alone.
+    std::size_t abreast() const { return beside_.empty() ? linear_abreast() : 1; }
+    /// Of as many, that move: for step_stages() and nothing else.
+    virtual State<T> state_abreast() const { return make_state(true); }
+    /// Whether the other takes the same steps from the same state, to the bit: what abreast() must hold for.
+    virtual bool steps_like(const Body<T>&) const { return false; }
     /// What sets state.force, however often it is run. The state must outlive the stages, and its arrays stay where
     /// they are.
     std::vector<Stage> force_stages(State<T>& state) const;
@@ -211,6 +218,7 @@ protected:
 
 private:
     virtual State<T> linear_state(bool moving) const = 0;
+    virtual std::size_t linear_abreast() const { return 1; }
     virtual std::vector<Stage> linear_force_stages(State<T>& state) const = 0;
     virtual PotentialEnergy linear_energy(State<T>& state) const = 0;
     /// `pass`: elasticity.

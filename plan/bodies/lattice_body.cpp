@@ -67,14 +67,41 @@ LatticeBody<T>::LatticeBody(const Lattice& lattice, const Material& material, co
       slab_begin_(divide_into_slabs(layout_, lattice.grid_node_count(), options)),
       springs_(springs_of(lattice, material).total()), cells_(lattice.cell_count()) {}
 
+/// In flat rows; active ones are padded to vectors, and have hardly a node to leave out where bodies are small.
 template <class T>
-State<T> LatticeBody<T>::linear_state(bool moving) const {
-    State<T> state = this->state_of(3, layout_.size(), moving);
+std::size_t LatticeBody<T>::linear_abreast() const {
+    return active_ || means_ ? 1 : static_cast<std::size_t>(kernel_table().width);
+}
+
+template <class T>
+bool LatticeBody<T>::steps_like(const Body<T>& other) const {
+    const auto* const that = dynamic_cast<const LatticeBody*>(&other);
+    if (!that || this->abreast() == 1 || this->abreast() != that->abreast() ||
+        &kernel_table() != &that->kernel_table() || accuracy() != that->accuracy() || volume() != that->volume() ||
+        face_diagonals_ != that->face_diagonals_ || slab_begin_ != that->slab_begin_) {
+        return false;
+    }
+    const LatticeArrays<T>&mine = layout_, &theirs = that->layout_;
+    const auto same = [](const AlignedArray<T>& a, const AlignedArray<T>& b) {
+        return std::equal(a.data(), a.data() + a.size(), b.data(), b.data() + b.size());
+    };
+    return mine.axes == theirs.axes && mine.row == theirs.row && mine.rows == theirs.rows &&
+           mine.begin == theirs.begin && mine.cell_lanes == theirs.cell_lanes &&
+           mine.stiffness_begin == theirs.stiffness_begin && mine.cell_size == theirs.cell_size &&
+           mine.volume_ratio == theirs.volume_ratio &&
+           std::equal(mine.stiffness, mine.stiffness + 7, theirs.stiffness, same) &&
+           same(mine.inverse_mass, theirs.inverse_mass);
+}
+
+template <class T>
+State<T> LatticeBody<T>::state_of_bodies(bool moving, std::size_t bodies) const {
+    State<T> state = this->state_of(3, bodies * layout_.size(), moving);
+    state.bodies = bodies;
     // Three components each: the upper and the lower sum at every join, and two planes a worker that take turns.
     const std::size_t joins = slabs() - 1;
     const std::size_t count = 6 * joins + 6 * static_cast<std::size_t>(this->workers().threads());
     for (std::size_t b = 0; b < count; ++b) {
-        state.buffers.emplace_back(layout_.plane);
+        state.buffers.emplace_back(bodies * layout_.plane);
     }
     return state;
 }
@@ -82,11 +109,21 @@ State<T> LatticeBody<T>::linear_state(bool moving) const {
 template <class T>
 auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     Layer layer{};
-    const std::size_t offset = layout_.begin[k];
-    layer.row = static_cast<std::ptrdiff_t>(layout_.row);
-    layer.lanes = static_cast<std::ptrdiff_t>(layout_.lanes[k]);
-    layer.cell_lanes = static_cast<std::ptrdiff_t>(layout_.cell_lanes);
-    layer.plane = static_cast<std::ptrdiff_t>(layout_.begin[k + 1] - offset);
+    layer.row = static_cast<std::ptrdiff_t>(state.bodies * layout_.row);
+    layer.cell_lanes = static_cast<std::ptrdiff_t>(
+        state.bodies * (state.bodies > 1 ? layout_.row * (layout_.rows - 1) : layout_.cell_lanes));
+    layer.volume_ratio = layout_.volume_ratio;
+    layer.means = mean_constants_;
+    lead(layer, state, k);
+    return layer;
+}
+
+template <class T>
+void LatticeBody<T>::lead(Layer& layer, State<T>& state, std::size_t k) const {
+    const std::size_t offset = layout_.begin[k], bodies = state.bodies;
+    const auto lanes = [bodies](std::size_t nodes) { return static_cast<std::ptrdiff_t>(bodies * nodes); };
+    layer.lanes = lanes(bodies > 1 ? layout_.row * layout_.rows : layout_.lanes[k]);
+    layer.plane = lanes(layout_.begin[k + 1] - offset);
     if (!layout_.neighbors.empty()) {
         // One a vector, but none for the void one of each plane.
         layer.neighbors = layout_.neighbors.data() + offset / layout_.width - k;
@@ -96,8 +133,8 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
     for (std::size_t c = 0; c < 3; ++c) {
         auto& displacement = state.displacement[layout_.axes[c]];
         auto& velocity = state.velocity[layout_.axes[c]];
-        layer.displacement[c] = displacement.data() + offset;
-        layer.velocity[c] = velocity.size() ? velocity.data() + offset : nullptr;
+        layer.displacement[c] = displacement.data() + bodies * offset;
+        layer.velocity[c] = velocity.size() ? velocity.data() + bodies * offset : nullptr;
     }
     layer.inverse_mass = layout_.inverse_mass.data() + offset;
     for (std::size_t kind = 0; kind < 7; ++kind) {
@@ -105,9 +142,6 @@ auto LatticeBody<T>::layer_at(State<T>& state, std::size_t k) const -> Layer {
         const std::size_t held = layout_.stiffness[kind].size() > 0 ? kind : 6;
         layer.stiffness[kind] = layout_.stiffness[held].data() + layout_.stiffness_begin[k];
     }
-    layer.volume_ratio = layout_.volume_ratio;
-    layer.means = mean_constants_;
-    return layer;
 }
 
 template <class T>
@@ -118,10 +152,14 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
     AlignedArray<T>* const joins = state.buffers.data();
     AlignedArray<T>* const own = joins + 6 * (slabs() - 1) + 6 * worker;
     const auto& table = kernel_table();
-    const auto& layers = means_ ? (active_ ? table.active_mean_layer : table.mean_layer)
-                                : (active_ ? table.active_layer : table.lattice_layer);
-    const auto top =
-        means_ ? table.mean_top() : (active_ ? table.active_top : table.lattice_top)(face_diagonals_, accuracy());
+    const bool side_by_side = state.bodies > 1;
+    const auto& layers = side_by_side ? table.bodies_layer
+                         : means_     ? (active_ ? table.active_mean_layer : table.mean_layer)
+                                      : (active_ ? table.active_layer : table.lattice_layer);
+    const auto top = means_ ? table.mean_top()
+                            : (side_by_side ? table.bodies_top
+                               : active_    ? table.active_top
+                                            : table.lattice_top)(face_diagonals_, accuracy());
 
     Layer layer = layer_at(state, first);
     layer.step = step;
@@ -133,7 +171,7 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
         point_to(layer.partial, joins + 6 * (slab - 1));
     }
     for (T* partial : layer.partial) {
-        std::fill_n(partial, layout_.begin[first + 1] - layout_.begin[first], T(0));
+        std::fill_n(partial, state.bodies * (layout_.begin[first + 1] - layout_.begin[first]), T(0));
     }
     for (std::size_t k = first; k < end; ++k) {
         if (k + 1 == end && !highest) {
@@ -150,10 +188,8 @@ void LatticeBody<T>::sweep_slab(State<T>& state, std::size_t slab, std::size_t w
             join(state, slab - 1, finish, step);
         }
 
-        Layer next = layer_at(state, k + 1);
-        next.step = step;
-        std::copy_n(layer.above, 3, next.partial);
-        layer = next;
+        lead(layer, state, k + 1);
+        std::copy_n(layer.above, 3, layer.partial);
     }
     if (highest) {
         layer.finish = finish;
@@ -174,7 +210,7 @@ void LatticeBody<T>::join(State<T>& state, std::size_t join, Finish finish, cons
     }
     point_to(layer.above, state.buffers.data() + 6 * join + 3);
     layer.finish = finish;
-    kernel_table().lattice_join()(layer);
+    (state.bodies > 1 ? kernel_table().bodies_join : kernel_table().lattice_join)()(layer);
 }
 
 template <class T>

@@ -38,6 +38,8 @@ public:
     void spring_diagonal(State<T>& state, const SpringPass<T>& pass, AlignedArray<T> (&blocks)[6]) const override;
     double stiffening_energy(State<T>& state, const kernels::StiffeningConstants<T>& constants) const override;
     double cell_energy(State<T>& state, kernels::SpringLaw law) const override;
+    State<T> state_abreast() const override { return state_of_bodies(true, this->abreast()); }
+    bool steps_like(const Body<T>& other) const override;
     const AlignedArray<T>& inverse_masses() const override { return layout_.inverse_mass; }
 
 private:
@@ -46,7 +48,9 @@ private:
     using Body<T>::volume;
     using Layer = kernels::LatticeLayer<T>;
 
-    State<T> linear_state(bool moving) const override;
+    State<T> linear_state(bool moving) const override { return state_of_bodies(moving, 1); }
+    State<T> state_of_bodies(bool moving, std::size_t bodies) const;
+    std::size_t linear_abreast() const override;
     std::vector<Stage> linear_force_stages(State<T>& state) const override;
     PotentialEnergy linear_energy(State<T>& state) const override;
     void linear_product(State<T>& state, const SpringPass<T>& pass, const NodeField<T>& direction,
@@ -56,6 +60,8 @@ private:
 
     /// The layer of cells above node plane k, without the arrays for forces.
     Layer layer_at(State<T>& state, std::size_t k) const;
+    /// Leads a layer to plane k: what differs between layers, for small bodies whose layers take less time than a copy.
+    void lead(Layer& layer, State<T>& state, std::size_t k) const;
     /// Springs whose first node, or whose cell's low corner, lies at `index`.
     std::size_t springs_from(std::size_t index) const;
     /// Of one with springs on means, where cells share none.
