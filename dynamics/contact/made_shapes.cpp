@@ -13,16 +13,14 @@
 #include <utility>
 
 namespace hybmss {
-namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Not in the anonymous namespace: parts of what the public header names.
 
-[[noreturn]] void refuse_shape(const std::string& what) {
-    throw std::invalid_argument(what);
-}
-
-struct Box {
-    Point low = {kInfinity, kInfinity, kInfinity}, high = {-kInfinity, -kInfinity, -kInfinity};
+struct PointBox {
+    Point low = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
+                 std::numeric_limits<double>::infinity()},
+          high = {-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                  -std::numeric_limits<double>::infinity()};
 
     void add(const Point& x) {
         for (std::size_t a = 0; a < 3; ++a) {
@@ -39,9 +37,23 @@ struct Box {
     double longest() const { return std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}); }
 };
 
+/// All that has n . y <= offset.
+struct HalfSolid {
+    Point normal;
+    double offset;
+};
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+[[noreturn]] void refuse_shape(const std::string& what) {
+    throw std::invalid_argument(what);
+}
+
 /// Throws for what is not finite or so large that its products would not be; `what` they are.
-Box box_of(std::span<const Point> points, const char* what) {
-    Box box;
+PointBox box_of(std::span<const Point> points, const char* what) {
+    PointBox box;
     for (std::size_t p = 0; p < points.size(); ++p) {
         if (!(std::abs(points[p][0]) <= 1e9 && std::abs(points[p][1]) <= 1e9 && std::abs(points[p][2]) <= 1e9)) {
             refuse_shape(printed("%s %zu is not allowed: it must be finite and within 1e9 m", what, p));
@@ -64,13 +76,11 @@ Point unit(const Point& a) {
     return size > 0 ? scaled(1 / size, a) : Point{0, 0, 0};
 }
 
-/// All that has n . y <= offset.
-struct HalfSolid {
-    Point normal;
-    double offset;
-};
-
 } // namespace
+
+double middle_of(const ObstacleShape& shape) {
+    return std::visit([](const auto& one) { return middle_of(one); }, shape);
+}
 
 bool is_made(const ObstacleShape& shape) {
     const auto* const hull = std::get_if<HullShape>(&shape);
@@ -233,7 +243,7 @@ std::vector<HalfSolid> faces_of(std::span<const Point> points, std::vector<HullT
 } // namespace
 
 HullShape::HullShape(std::span<const std::array<double, 3>> given) {
-    const Box box = box_of(given, "point");
+    const PointBox box = box_of(given, "point");
     if (given.size() < 4) {
         refuse_shape(printed("%zu points given for a hull: at least 4 are needed", given.size()));
     }
@@ -347,7 +357,7 @@ struct DistanceField {
     std::vector<Point> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     int cells;
-    Box box;                           ///< of the mesh
+    PointBox box;                      ///< of the mesh
     Point origin;                      ///< of node 1, 1, 1
     double spacing;                    ///< m
     std::array<std::size_t, 3> counts; ///< of nodes
@@ -437,7 +447,7 @@ private:
         Point place, normal;
     };
     struct Branch {
-        Box box;
+        PointBox box;
         std::size_t begin, end, right; ///< of order_; the left one follows; 0: a leaf
     };
     static std::uint64_t key(std::size_t a, std::size_t b) {
@@ -450,7 +460,7 @@ private:
     std::size_t build(std::size_t begin, std::size_t end) {
         const std::size_t branch = tree_.size();
         tree_.push_back({{}, begin, end, 0});
-        Box middles;
+        PointBox middles;
         const auto middle = [&](std::size_t t, std::size_t a) {
             return vertices_[triangles_[t][0]][a] + vertices_[triangles_[t][1]][a] + vertices_[triangles_[t][2]][a];
         };
@@ -612,7 +622,7 @@ MeshShape::MeshShape(std::span<const std::array<double, 3>> vertices,
     if (cells < 4 || cells > 256) {
         refuse_shape(printed("cells = %d of a mesh's grid is not allowed: it must be 4 to 256", cells));
     }
-    const Box box = box_of(vertices, "vertex");
+    const PointBox box = box_of(vertices, "vertex");
     const double extent = triangles.empty() ? 0 : box.longest();
     const NearestTriangle nearest(vertices, closed(vertices, triangles, extent));
     DistanceField made{{vertices.begin(), vertices.end()},

@@ -322,5 +322,7 @@ inline double middle_of(const CapsuleShape& capsule) {
 inline double middle_of(const HeightShape&) {
     return std::numeric_limits<double>::infinity();
 }
+/// Of any of them.
+double middle_of(const ObstacleShape& shape);
 
 } // namespace hybmss

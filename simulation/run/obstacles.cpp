@@ -1,7 +1,5 @@
 #include "simulation/run/boundary_conditions.hpp"
 
-#include "dynamics/contact/obstacle_geometry.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,11 @@
 #include <string>
 
 namespace hybmss {
+
+// Of dynamics/contact/obstacle_geometry.hpp, whose products of vectors are here beside others where files are joined.
+double middle_of(const ObstacleShape& shape);
+bool is_made(const ObstacleShape& shape);
+
 namespace {
 
 bool moves(const SceneObstacle& entry) {
@@ -24,10 +27,6 @@ std::array<double, 9> rotation_about(int axis, double angle) {
     r[3 * j + i] = std::sin(angle);
     r[3 * i + j] = -r[3 * j + i];
     return r;
-}
-
-double middle_depth(const ObstacleShape& shape) {
-    return std::visit([](const auto& made) { return middle_of(made); }, shape);
 }
 
 /// Nodes alone touch obstacles, and a node in an obstacle is pushed out on the nearest side.
@@ -59,7 +58,7 @@ void check_size(const Scene& scene, std::size_t number) {
                           "it is empty: it must have points, triangles or heights");
     }
     if (std::holds_alternative<HullShape>(shape) || std::holds_alternative<MeshShape>(shape)) {
-        const double across = 2 * middle_depth(shape);
+        const double across = 2 * middle_of(shape);
         if (across < h) {
             throw scene_error(scene, path + std::string(shape_key(shape)),
                               "it is " + std::to_string(across) + " m thick: it must be at least the cell size, " +
@@ -160,7 +159,7 @@ double Obstacles::steps_to_press() const {
 }
 
 double Obstacles::greatest_good_depth(std::size_t obstacle) const {
-    return std::min(cell_size_, middle_depth(obstacles_[obstacle].shape) / 2);
+    return std::min(cell_size_, middle_of(obstacles_[obstacle].shape) / 2);
 }
 
 } // namespace hybmss
