@@ -17,12 +17,19 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <random>
 #include <stdexcept>
+#include <string>
+#include <string_view>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace {
 
@@ -39,7 +46,9 @@ constexpr const char* kIntroduction =
     "it.\n"
     "mesh: a cube of 5 m compressed likewise, with crush resistance 20, to 1e-6; `products`: the time in Hessian "
     "products\n"
-    "at that size, `e`: loss of volume, `force`: of the plate, `least`: the least volume ratio of a cell.\n"
+    "at that size, `e`: loss of volume, `force`: of the plate, `least`: the least volume ratio of a cell, `B/cell`: "
+    "the\n"
+    "most memory that the process held meanwhile, displacements too, beyond what it held before.\n"
     "euler: backward Euler at 100 times the critical step, to 1e-6: a cube of 5 m with its lower face clamped, in a "
     "weight "
     "that\n"
@@ -238,6 +247,25 @@ double product_seconds(const Lattice& lattice, const Material& material, std::sp
     return seconds_since(start) / kProducts;
 }
 
+/// What the process holds ("VmRSS:"), or held at most since forget_peak() ("VmHWM:"); 0 where /proc does not tell.
+double resident_bytes(std::string_view field) {
+    std::ifstream status("/proc/self/status");
+    std::string word;
+    double kilobytes = 0;
+    while (status >> word) {
+        if (word == field && status >> kilobytes) {
+            break;
+        }
+    }
+    return 1024 * kilobytes;
+}
+void forget_peak() {
+#ifdef __GLIBC__
+    malloc_trim(0); // what is free but not given back would be taken again unseen
+#endif
+    std::ofstream("/proc/self/clear_refs") << "5\n";
+}
+
 /// The same cube on ever finer meshes.
 void measure_mesh(benchmark::State& state, int edge, double poisson_ratio, int threads) {
     constexpr double kHeight = 5;
@@ -251,14 +279,19 @@ void measure_mesh(benchmark::State& state, int edge, double poisson_ratio, int t
     std::vector<double> times;
     std::vector<std::array<double, 3>> u, f;
     EquilibriumResult result;
-    double products = 0;
+    double products = 0, bytes = 0;
     for ([[maybe_unused]] auto _ : state) {
+        u.clear();
+        u.shrink_to_fit();
+        forget_peak();
+        const double before = resident_bytes("VmRSS:");
         const auto start = Clock::now();
         EquilibriumSolver<double> solver(lattice, material, plan_options(threads));
         const std::size_t nodes = solver.node_count();
         u.assign(nodes, {0, 0, 0});
         result = solver.solve(loading, VectorField<double>::aos(u[0].data(), nodes), options);
         times.push_back(seconds_since(start));
+        bytes = std::max(resident_bytes("VmHWM:") - before, 0.0);
         state.SetIterationTime(times.back());
         f.assign(nodes, {0, 0, 0});
         solver.get_forces(VectorField<double>::aos(u[0].data(), nodes), VectorField<double>::aos(f[0].data(), nodes));
@@ -281,13 +314,15 @@ void measure_mesh(benchmark::State& state, int edge, double poisson_ratio, int t
     state.counters["volume_change"] =
         measure_volume_change(u, cell_corners(lattice), lattice.cell_size()).relative_volume_change;
     state.counters["least_volume_ratio"] = result.min_cell_volume_ratio;
+    state.counters["bytes_a_cell"] = bytes / static_cast<double>(lattice.cell_count());
     state.SetLabel(std::string(result.preconditioner));
 }
 
 std::string mesh_line(const std::string& name, const benchmark::BenchmarkReporter::Run& run) {
-    return printed("%-44s %6.0f %6.0f %10.2f %10.0f %9.4f %9.0f %7.3f", name.c_str(), counter(run, "newton_iterations"),
-                   counter(run, "cg_iterations"), counter(run, "microseconds_a_cell"), counter(run, "products"),
-                   100 * counter(run, "volume_change"), counter(run, "force"), counter(run, "least_volume_ratio"));
+    return printed("%-44s %6.0f %6.0f %10.2f %10.0f %9.4f %9.0f %7.3f %7.0f", name.c_str(),
+                   counter(run, "newton_iterations"), counter(run, "cg_iterations"),
+                   counter(run, "microseconds_a_cell"), counter(run, "products"), 100 * counter(run, "volume_change"),
+                   counter(run, "force"), counter(run, "least_volume_ratio"), counter(run, "bytes_a_cell"));
 }
 
 /// Backward Euler steps far above the critical one, beside explicit steps of the same body.
@@ -396,8 +431,8 @@ Table solver_benchmark(const RowChoices& choices) {
                                   [=](const auto& run) { return static_line(name, run); }});
         }
     }
-    const std::string mesh_heading = printed("%-44s %6s %6s %10s %10s %9s %9s %7s", "mesh", "newton", "cg", "us/cell",
-                                             "products", "e %", "force N", "least");
+    const std::string mesh_heading = printed("%-44s %6s %6s %10s %10s %9s %9s %7s %7s", "mesh", "newton", "cg",
+                                             "us/cell", "products", "e %", "force N", "least", "B/cell");
     std::vector<int> mesh_edges = edges;
     if (choices.large) {
         mesh_edges.push_back(96);

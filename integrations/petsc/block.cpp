@@ -1,6 +1,7 @@
 #include "integrations/petsc/block.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -41,6 +42,32 @@ ProcessGrid choose_process_grid(const std::array<long, 3>& nodes, long ranks) {
     return best;
 }
 
+std::vector<long> even_cuts(long cells, long parts) {
+    if (cells < parts) {
+        throw std::invalid_argument("ranks = " + std::to_string(parts) + " along an axis of " + std::to_string(cells) +
+                                    " cells is not allowed: each must have a cell");
+    }
+    long unit = 1;
+    while (unit * parts * 2 <= cells) {
+        unit *= 2;
+    }
+    for (;; unit /= 2) {
+        std::vector<long> first;
+        for (long p = 0; p < parts; ++p) {
+            first.push_back((2 * p * cells + parts * unit) / (2 * parts * unit) * unit); // to the nearest
+        }
+        long most = 0, least = cells;
+        for (std::size_t p = 0; p < first.size(); ++p) {
+            const long own = (p + 1 < first.size() ? first[p + 1] : cells) - first[p];
+            most = std::max(most, own);
+            least = std::min(least, own);
+        }
+        if (least > 0 && (unit == 1 || 4 * most * parts <= 5 * cells)) {
+            return first;
+        }
+    }
+}
+
 std::size_t NodeBox::count() const {
     return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
 }
@@ -61,7 +88,7 @@ std::size_t NodeBox::index(PetscInt i, PetscInt j, PetscInt k) const {
     return x + static_cast<std::size_t>(size[0]) * (y + static_cast<std::size_t>(size[1]) * z);
 }
 
-Block::Block(MPI_Comm communicator, const Grid& grid) : communicator_(communicator), grid_(grid) {
+Block::Block(MPI_Comm communicator, const Grid& grid, bool cut_evenly) : communicator_(communicator), grid_(grid) {
     MPI_Comm_rank(communicator, &rank_);
     MPI_Comm_size(communicator, &ranks_);
     std::array<long, 3> nodes;
@@ -83,9 +110,18 @@ Block::Block(MPI_Comm communicator, const Grid& grid) : communicator_(communicat
     for (std::size_t a = 0; a < 3; ++a) {
         processes_[a] = static_cast<PetscInt>(processes[a]);
     }
+    std::array<std::vector<PetscInt>, 3> sizes;
+    for (std::size_t a = 0; cut_evenly && a < 3; ++a) {
+        std::vector<long> first = even_cuts(grid.cells[a], processes[a]);
+        first.push_back(nodes[a]);
+        for (std::size_t p = 0; p + 1 < first.size(); ++p) {
+            sizes[a].push_back(static_cast<PetscInt>(first[p + 1] - first[p]));
+        }
+    }
+    const auto given = [&](std::size_t a) { return cut_evenly ? sizes[a].data() : nullptr; };
     check(DMDACreate3d(communicator, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DMDA_STENCIL_BOX,
                        grid.cells[0] + 1, grid.cells[1] + 1, grid.cells[2] + 1, processes_[0], processes_[1],
-                       processes_[2], 3, 1, nullptr, nullptr, nullptr, dm_.make()));
+                       processes_[2], 3, 1, given(0), given(1), given(2), dm_.make()));
     check(DMSetUp(dm_));
     const PetscInt* counts[3];
     check(DMDAGetOwnershipRanges(dm_, &counts[0], &counts[1], &counts[2]));
@@ -123,6 +159,22 @@ int Block::owner(PetscInt i, PetscInt j, PetscInt k) const {
         rank = rank * processes_[a] + static_cast<int>(next - first_[a].begin()) - 1;
     }
     return rank;
+}
+
+int Block::halvings() const {
+    int halvings = std::numeric_limits<int>::max();
+    for (const std::vector<PetscInt>& first : first_) {
+        for (std::size_t p = 1; p + 1 < first.size(); ++p) {
+            halvings = std::min(halvings, std::countr_zero(static_cast<unsigned>(first[p])));
+        }
+    }
+    return halvings;
+}
+
+int Block::neighbour(std::size_t axis, bool high) const {
+    std::array<PetscInt, 3> at = owned_.low;
+    at[axis] += high ? owned_.size[axis] : -1;
+    return at[axis] < 0 || at[axis] > grid_.cells[axis] ? MPI_PROC_NULL : owner(at[0], at[1], at[2]);
 }
 
 NodeBox Block::ghosted_of(int rank) const {

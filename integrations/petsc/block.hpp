@@ -22,6 +22,11 @@ using ProcessGrid = std::array<long, 3>;
 /// then y: the kernels run along x. Throws std::invalid_argument where no cut gives every rank a node.
 ProcessGrid choose_process_grid(const std::array<long, 3>& nodes, long ranks);
 
+/// Where `parts` boxes of at least one cell begin along an axis of `cells` cells, at multiples of a power of two: the
+/// largest by which no box has more than 1.25 times the mean, so that cells can be merged two by two, again and again,
+/// with none across a cut. Throws std::invalid_argument where there are fewer cells than parts.
+std::vector<long> even_cuts(long cells, long parts);
+
 /// The most ghosts that a rank has where `nodes` are cut so, one layer thick: those of a box of ceil(nodes/processes)
 /// nodes along each axis that stands between others.
 double most_ghosts(const std::array<long, 3>& nodes, const ProcessGrid& processes);
@@ -61,7 +66,8 @@ class Block {
 public:
     /// Collective. Throws std::invalid_argument for a grid that the lattice refuses, that cannot be cut into so many
     /// boxes, or with more unknowns than PETSc can count.
-    Block(MPI_Comm communicator, const Grid& grid);
+    /// `cut_evenly`: by even_cuts(), which multigrid asks for; else as evenly as nodes go.
+    Block(MPI_Comm communicator, const Grid& grid, bool cut_evenly = false);
 
     MPI_Comm communicator() const { return communicator_; }
     int rank() const { return rank_; }
@@ -81,6 +87,10 @@ public:
     /// Whether lattice() has all nodes of ghosted(): the arrays of both are then one and the same.
     bool full() const { return lattice_nodes_.size() == ghosted_.count(); }
 
+    /// How often cells can be merged two by two with none across a cut.
+    int halvings() const;
+    /// The rank whose box meets this one's along an axis, on the low or the high side; MPI_PROC_NULL: none.
+    int neighbour(std::size_t axis, bool high) const;
     /// As owned() and ghosted(), of any rank.
     NodeBox owned_by(int rank) const;
     NodeBox ghosted_of(int rank) const;

@@ -17,6 +17,8 @@ public:
     BlockForces(const Block& block, const Material& material, const PlanOptions& options);
 
     const Block& block() const { return block_; }
+    const Material& material() const { return material_; }
+    const PlanOptions& options() const { return options_; }
     /// Nodal masses, kg: of every component; zero at nodes that touch no cell.
     Vec masses() const { return masses_; }
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 // What hybmss_distributed does. Every command is collective over MPI_COMM_WORLD, prints on rank 0, and throws
 // std::invalid_argument for bad input, std::runtime_error where the computation fails.
@@ -54,7 +55,18 @@ struct EquilibriumArguments {
     BodyArguments body;
     ResultArguments result;
     double compression = 0.05; ///< of the height
-    int load_steps = 1;
+    int load_steps = 1;        ///< at least
+    double residual = 1e-10;   ///< of the largest support force
+    std::string preconditioner = "automatic";
+};
+
+struct ElasticityArguments {
+    std::vector<int> edges = {16, 32}; ///< cells along each of a cube's
+    std::vector<double> poisson = {0.25, 0.45};
+    double compression = 0.2;
+    double residual = 1e-6;
+    double crush_resistance = 0; ///< of ours alone
+    int rounds = 3;
 };
 
 /// A beam, clamped where x is least, that falls under its weight. False where it differs from what it is compared with.
@@ -65,6 +77,10 @@ void run_race(const RaceArguments& arguments);
 
 /// A box pressed together along y between clamped plates. False as above.
 bool run_equilibrium(const EquilibriumArguments& arguments);
+
+/// A cube of 5 m pressed together as there: ours, alone and on the ranks, and finite elements by PETSc's own solvers
+/// (finite_elements.hpp), by turns in one run.
+void run_elasticity(const ElasticityArguments& arguments);
 
 /// The model of communication for a body and ranks that need not exist.
 void print_model(const std::array<long, 3>& cells, long ranks);

@@ -20,6 +20,7 @@ void add_body_options(CLI::App& command, BodyArguments& body) {
     command.add_option("--cell-size", body.cell_size, "m")->capture_default_str();
     command.add_option("--young", body.material.young_modulus, "Pa")->capture_default_str();
     command.add_option("--poisson", body.material.poisson_ratio)->capture_default_str();
+    command.add_option("--crush-resistance", body.material.crush.stiffness)->capture_default_str();
     command.add_option("--density", body.material.density, "kg/m^3")->capture_default_str();
     command.add_option("--face-diagonal-ratio", body.material.face_diagonal_ratio)->capture_default_str();
     command.add_flag_callback(
@@ -76,8 +77,35 @@ void add_equilibrium(CLI::App& app, EquilibriumArguments& arguments, bool& good)
     command->add_option("--compression", arguments.compression, "of the height")
         ->capture_default_str()
         ->check(CLI::Range(-10.0, 0.99));
-    command->add_option("--load-steps", arguments.load_steps)->capture_default_str()->check(CLI::Range(1, 10000));
+    command->add_option("--load-steps", arguments.load_steps, "at least")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 10000));
+    command->add_option("--residual", arguments.residual, "largest unbalanced force over the largest support force")
+        ->capture_default_str()
+        ->check(CLI::Range(1e-14, 0.1));
+    command->add_option("--preconditioner", arguments.preconditioner, "automatic, block-jacobi or multigrid")
+        ->capture_default_str();
     command->callback([&] { good = run_equilibrium(arguments); });
+}
+
+void add_elasticity(CLI::App& app, ElasticityArguments& arguments) {
+    CLI::App* command = app.add_subcommand(
+        "elasticity", "a cube pressed together by ours and by finite elements with PETSc's GAMG, timed by turns");
+    command->add_option("--edges", arguments.edges, "cells along each of the cube's: N,N,...")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 1000));
+    command->add_option("--poisson", arguments.poisson, "NU,NU,...")->delimiter(',')->check(CLI::Range(-0.99, 0.4999));
+    command->add_option("--compression", arguments.compression, "of the height")
+        ->capture_default_str()
+        ->check(CLI::Range(-10.0, 0.99));
+    command->add_option("--residual", arguments.residual, "largest unbalanced force over the largest support force")
+        ->capture_default_str()
+        ->check(CLI::Range(1e-14, 0.1));
+    command->add_option("--crush-resistance", arguments.crush_resistance, "of ours alone")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--rounds", arguments.rounds)->capture_default_str()->check(CLI::Range(1, 1000));
+    command->callback([&] { run_elasticity(arguments); });
 }
 
 int run(int argc, char** argv, int rank) {
@@ -88,9 +116,11 @@ int run(int argc, char** argv, int rank) {
     RaceArguments race;
     motion.body.material.young_modulus = race.body.material.young_modulus = 1e6;
     EquilibriumArguments equilibrium;
+    ElasticityArguments elasticity;
     add_motion(app, motion, good);
     add_race(app, race);
     add_equilibrium(app, equilibrium, good);
+    add_elasticity(app, elasticity);
 
     CLI::App* model = app.add_subcommand("model", "bytes that a rank receives in a step, on paper");
     std::array<long, 3> cells = {1000, 1000, 1000};

@@ -7,8 +7,9 @@
 
 namespace hybmss {
 
-CellRotations::CellRotations(const CellGradients& gradients, const kernels::KernelTable<float>& table)
-    : gradients_(&gradients), table_(&table) {
+CellRotations::CellRotations(const CellGradients& gradients, const kernels::KernelTable<float>& table,
+                             const SharedGrid* shared)
+    : gradients_(&gradients), table_(&table), shared_(shared) {
     for (auto& entries : inverse_) {
         entries.assign(gradients.grid().size() + kBeyond, 0.0f);
     }
@@ -20,11 +21,29 @@ void CellRotations::invert(std::size_t cell, std::size_t count, const Lanes (&st
         for (std::size_t e = 0; e < 6; ++e) {
             entries[e] = static_cast<double>(stiffness[e][lane]);
         }
-        const std::array<double, 6> inverse = bounded_pseudoinverse(entries, smallest);
+        const std::array<double, 6> kept = shared_ ? entries : bounded_pseudoinverse(entries, smallest);
         for (std::size_t e = 0; e < 6; ++e) {
-            inverse_[e][cell + lane] = static_cast<float>(inverse[e]);
+            inverse_[e][cell + lane] = static_cast<float>(kept[e]);
         }
     }
+}
+
+void CellRotations::finish(double smallest) {
+    if (!shared_) {
+        return;
+    }
+    shared_->give_back(inverse_);
+    for_each_place({-1, -1, -1}, gradients_->grid().cells, [&](int i, int j, int k) {
+        const std::size_t cell = gradients_->grid().index(i, j, k);
+        std::array<double, 6> entries;
+        for (std::size_t e = 0; e < 6; ++e) {
+            entries[e] = static_cast<double>(inverse_[e][cell]);
+        }
+        const std::array<double, 6> inverse = bounded_pseudoinverse(entries, smallest);
+        for (std::size_t e = 0; e < 6; ++e) {
+            inverse_[e][cell] = static_cast<float>(inverse[e]);
+        }
+    });
 }
 
 // A cell gives sx X + sy Y + sz Z to its corners. A node takes that of the two cells along x first, then of those along

@@ -32,20 +32,23 @@ void for_each_lanes(const PaddedGrid& grid, int k, const Visit& visit) {
 /// Numer. Anal. 36, 1998, and of Schoeberl's for nearly incompressible solids, Numer. Math. 84, 1999).
 class CellRotations {
 public:
-    /// About these gradients, spread() to void cells, which are kept by reference.
-    CellRotations(const CellGradients& gradients, const kernels::KernelTable<float>& table);
+    /// About these gradients, spread() to void cells, which are kept by reference. `shared`: of the grid, or null.
+    CellRotations(const CellGradients& gradients, const kernels::KernelTable<float>& table, const SharedGrid* shared);
 
     /// Takes what turning the cells costs, `count` of them from a place on: xx, xy, xz, yy, yz, zz. Directions below
     /// `smallest` of the stiffest are left alone.
     void invert(std::size_t cell, std::size_t count, const Lanes (&stiffness)[6], double smallest);
+    /// After all cells: of a rank, where what others have of its cells counts too.
+    void finish(double smallest);
 
-    /// z += sum over cells of C_c inverse_c C_c^T r
+    /// z += sum over cells of C_c inverse_c C_c^T r; of a rank, of its own cells.
     void add_correction(const GridVector& r, GridVector& z, const Workers& workers) const;
 
 private:
     const CellGradients* gradients_;
     const kernels::KernelTable<float>* table_;
-    std::array<std::vector<float>, 6> inverse_;
+    const SharedGrid* shared_;
+    std::array<std::vector<float>, 6> inverse_; ///< of a rank, before finish(), what is to be inverted
 };
 
 } // namespace hybmss

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace hybmss {
 namespace {
@@ -26,22 +27,28 @@ std::size_t stencil_stride(const PaddedGrid& grid) {
     return stride / kPadding % 2 == 1 ? stride : stride + kPadding;
 }
 
+/// See CellRotations::invert().
+constexpr double kSmallestTurn = 1e-4;
+
 float sign(std::size_t corner, std::size_t axis) {
     return corner >> axis & 1 ? 1.0f : -1.0f;
 }
 
 } // namespace
 
-CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Body<float>& body)
-    : right_side(grid), solution(grid), rest(grid), grid_(grid), workers_(&body.workers()),
+CoarseLevel::CoarseLevel(const PaddedGrid& grid, bool rotations, const Body<float>& body, const Ranks* ranks)
+    : right_side(grid), solution(grid), rest(grid), grid_(grid), ranks_(ranks), workers_(&body.workers()),
       table_(&body.kernel_table()), stride_(stencil_stride(grid)), first_(grid.index(0, 0, 0)),
       stencil_(kStencilEntries * stride_ + 2 * kPadding),
       gradients_(grid), vectors_{GridVector(grid), GridVector(grid), GridVector(grid)} {
     for (auto& values : inverse_) {
         values.assign(grid.size() + kBeyond, 0.0f);
     }
+    if (ranks_) {
+        shared_.emplace(grid_, *ranks_, [](std::size_t) { return true; });
+    }
     if (rotations) {
-        rotations_.emplace(gradients_, *table_);
+        rotations_.emplace(gradients_, *table_, shared());
     }
 }
 
@@ -71,13 +78,22 @@ void CoarseLevel::add(std::size_t low, const CellMatrices& matrices, std::size_t
 }
 
 void CoarseLevel::invert() {
+    constexpr std::size_t kDiagonal[6] = {0, 1, 2, 4, 5, 8};
+    for (std::size_t e = 0; shared_ && e < 6; ++e) {
+        std::copy_n(entries(kDiagonal[e]), grid_.size(), inverse_[e].data());
+    }
+    if (shared_) {
+        shared_->add_up(inverse_);
+    }
     run(static_cast<std::size_t>(grid_.cells[2] + 1), [&](std::size_t k) {
         const int z = static_cast<int>(k);
         for_each_place({0, 0, z}, {grid_.cells[0], grid_.cells[1], z}, [&](int i, int j, int) {
             const std::size_t node = grid_.index(i, j, z);
-            const auto entry = [&](std::size_t e) { return static_cast<double>(entries(e)[node]); };
+            const auto entry = [&](std::size_t e) {
+                return static_cast<double>(shared_ ? inverse_[e][node] : entries(kDiagonal[e])[node]);
+            };
             const auto inverse =
-                bounded_inverse({entry(0), entry(1), entry(2), entry(4), entry(5), entry(8)}, 0, 1e-5, 0);
+                bounded_inverse({entry(0), entry(1), entry(2), entry(3), entry(4), entry(5)}, 0, 1e-5, 0);
             for (std::size_t e = 0; e < 6; ++e) {
                 inverse_[e][node] = static_cast<float>(inverse[e]);
             }
@@ -86,6 +102,7 @@ void CoarseLevel::invert() {
     if (rotations_) {
         gradients_.spread();
         invert_rotations();
+        rotations_->finish(kSmallestTurn);
     }
 }
 
@@ -133,7 +150,7 @@ void CoarseLevel::invert_rotations() {
                     }
                 }
             }
-            rotations_->invert(cell, count, stiffness, 1e-4);
+            rotations_->invert(cell, count, stiffness, kSmallestTurn);
         });
     });
 }
@@ -160,6 +177,27 @@ void CoarseLevel::apply_stencil(const GridVector& p, const GridVector* from, Gri
 
 void CoarseLevel::multiply(const GridVector& p, GridVector& out) {
     apply_stencil(p, nullptr, out);
+    if (shared_) {
+        shared_->add_up(out.c);
+    }
+}
+
+double CoarseLevel::norm(const GridVector& vector) const {
+    const auto square_of = [](const GridVector& v) {
+        double sum = 0;
+        for (const auto& array : v.c) {
+            for (float value : array) {
+                sum += static_cast<double>(value) * static_cast<double>(value);
+            }
+        }
+        return sum;
+    };
+    if (!shared_) {
+        return std::sqrt(square_of(vector));
+    }
+    GridVector once = vector;
+    shared_->clear_counted_elsewhere(once);
+    return std::sqrt(ranks_->sum(square_of(once)));
 }
 
 void CoarseLevel::pass_blocks(kernels::BlockUse use, const GridVector& from, double keep, double add, GridVector& r,
@@ -183,8 +221,15 @@ void CoarseLevel::pass_blocks(kernels::BlockUse use, const GridVector& from, dou
 
 void CoarseLevel::precondition(const GridVector& r, GridVector& z) {
     pass_blocks(kernels::BlockUse::multiply, r, 0, 0, z, z, z);
-    if (rotations_) {
+    if (rotations_ && !shared_) {
         rotations_->add_correction(r, z, *workers_);
+    } else if (rotations_) {
+        GridVector turned(grid_);
+        rotations_->add_correction(r, turned, *workers_);
+        shared_->add_up(turned.c);
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::transform(z.c[c].begin(), z.c[c].end(), turned.c[c].begin(), z.c[c].begin(), std::plus<float>());
+        }
     }
 }
 
@@ -234,16 +279,10 @@ void CoarseLevel::estimate_spectrum() {
             array[grid_.index(i, j, k)] = static_cast<float>(state >> 8) / 8388608.0f - 1.0f;
         }
     });
+    if (shared_) {
+        shared_->add_up(x.c);
+    }
     double size = 0;
-    const auto norm = [&](const GridVector& v) {
-        double sum = 0;
-        for (const auto& array : v.c) {
-            for (float value : array) {
-                sum += static_cast<double>(value) * static_cast<double>(value);
-            }
-        }
-        return std::sqrt(sum);
-    };
     double before = norm(x);
     for (int iteration = 0; iteration < 6 && before > 0; ++iteration) {
         multiply(x, y);
@@ -266,7 +305,13 @@ void CoarseLevel::smooth(bool from_zero, const GridVector& b, GridVector& x, int
 }
 
 void CoarseLevel::residual(const GridVector& b, const GridVector& x, GridVector& r) {
-    apply_stencil(x, &b, r);
+    if (!shared_) {
+        return apply_stencil(x, &b, r);
+    }
+    multiply(x, r);
+    for (std::size_t c = 0; c < 3; ++c) {
+        std::transform(b.c[c].begin(), b.c[c].end(), r.c[c].begin(), r.c[c].begin(), std::minus<float>());
+    }
 }
 
 struct DirectLevel::Factors {
@@ -275,9 +320,10 @@ struct DirectLevel::Factors {
     Eigen::VectorXd values;
 };
 
-DirectLevel::DirectLevel(const PaddedGrid& grid)
-    : right_side(grid), solution(grid), grid_(grid), gradients_(grid), factors_(std::make_unique<Factors>()) {
-    const auto size = static_cast<Eigen::Index>(3 * grid.node_count());
+DirectLevel::DirectLevel(const PaddedGrid& grid, const RankBox& box, const Ranks* ranks)
+    : right_side(grid), solution(grid), grid_(grid), box_(box), ranks_(ranks), gradients_(grid),
+      factors_(std::make_unique<Factors>()) {
+    const auto size = static_cast<Eigen::Index>(3 * PaddedGrid{box.whole}.node_count());
     factors_->matrix.resize(size, size);
     factors_->values.resize(size);
 }
@@ -287,12 +333,16 @@ void DirectLevel::clear() {
     factors_->matrix.setZero();
 }
 
+std::ptrdiff_t DirectLevel::unknown(int i, int j, int k) const {
+    const std::ptrdiff_t row = box_.whole[0] + 1, plane = row * (box_.whole[1] + 1);
+    return 3 * (box_.first[0] + i + row * (box_.first[1] + j) + plane * (box_.first[2] + k));
+}
+
 void DirectLevel::add(int i, int j, int k, const CellMatrices& matrices, std::size_t count) {
-    const Eigen::Index row = grid_.cells[0] + 1, plane = row * (grid_.cells[1] + 1);
     for (std::size_t lane = 0; lane < count; ++lane) {
         const auto first = [&](std::size_t corner) {
             const auto c = static_cast<int>(corner);
-            return 3 * (i + static_cast<int>(lane) + (c & 1) + row * (j + (c >> 1 & 1)) + plane * (k + (c >> 2)));
+            return unknown(i + static_cast<int>(lane) + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
         };
         for_each_corner_pair([&](std::size_t pair, std::size_t a, std::size_t b) {
             for (int e = 0; e < 9; ++e) {
@@ -308,6 +358,9 @@ void DirectLevel::add(int i, int j, int k, const CellMatrices& matrices, std::si
 
 void DirectLevel::factor() {
     Eigen::MatrixXd& matrix = factors_->matrix;
+    if (ranks_) {
+        ranks_->sum(std::span<double>(matrix.data(), static_cast<std::size_t>(matrix.size())));
+    }
     // Rigid motions that nothing holds, and nodes that no free node depends on, would be singular.
     constexpr double kShift = 1e-6;
     for (Eigen::Index d = 0; d < matrix.rows(); ++d) {
@@ -317,17 +370,20 @@ void DirectLevel::factor() {
 }
 
 void DirectLevel::solve(const GridVector& b, GridVector& x) {
-    Eigen::Index d = 0;
+    Eigen::VectorXd& values = factors_->values;
+    values.setZero();
     for_each_place({0, 0, 0}, grid_.cells, [&](int i, int j, int k) {
-        for (const auto& array : b.c) {
-            factors_->values[d++] = static_cast<double>(array[grid_.index(i, j, k)]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            values[unknown(i, j, k) + static_cast<int>(c)] = static_cast<double>(b.c[c][grid_.index(i, j, k)]);
         }
     });
-    factors_->decomposition.solveInPlace(factors_->values);
-    d = 0;
+    if (ranks_) {
+        ranks_->sum(std::span<double>(values.data(), static_cast<std::size_t>(values.size())));
+    }
+    factors_->decomposition.solveInPlace(values);
     for_each_place({0, 0, 0}, grid_.cells, [&](int i, int j, int k) {
-        for (auto& array : x.c) {
-            array[grid_.index(i, j, k)] = static_cast<float>(factors_->values[d++]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            x.c[c][grid_.index(i, j, k)] = static_cast<float>(values[unknown(i, j, k) + static_cast<int>(c)]);
         }
     });
 }

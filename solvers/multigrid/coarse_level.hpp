@@ -16,8 +16,9 @@ namespace hybmss {
 /// One level of coarse cells: its matrix as 14 blocks a node, and its smoother.
 class CoarseLevel {
 public:
-    /// `rotations`: smooth over the cells' rotations too. With the workers and the kernels of `body`.
-    CoarseLevel(const PaddedGrid& grid, bool rotations, const Body<float>& body);
+    /// `rotations`: smooth over the cells' rotations too. With the workers and the kernels of `body`. `ranks`: where
+    /// the cells are those of a rank alone; else null.
+    CoarseLevel(const PaddedGrid& grid, bool rotations, const Body<float>& body, const Ranks* ranks);
 
     const PaddedGrid& grid() const { return grid_; }
     /// Of the level's cells; where the rotations are smoothed, to be set before assemble().
@@ -42,6 +43,8 @@ public:
     /// Estimates the spectrum's upper end, after assemble().
     void estimate_spectrum();
 
+    /// Null where no other rank has cells.
+    const SharedGrid* shared() const { return shared_ ? &*shared_ : nullptr; }
     /// Improves x towards K x = b.
     void smooth(bool from_zero, const GridVector& b, GridVector& x, int degree, double low_part);
     /// r = b - K x
@@ -88,7 +91,11 @@ private:
                      GridVector& d, GridVector& x) const;
     void precondition(const GridVector& r, GridVector& z);
 
+    double norm(const GridVector& vector) const;
+
     PaddedGrid grid_;
+    const Ranks* ranks_;
+    std::optional<SharedGrid> shared_;
     const Workers* workers_;
     const kernels::KernelTable<float>* table_;
     std::size_t stride_, first_; ///< from one entry of the stencil to the next; the first node
@@ -104,7 +111,8 @@ private:
 /// The coarsest level, solved directly.
 class DirectLevel {
 public:
-    explicit DirectLevel(const PaddedGrid& grid);
+    /// `box`: of the level's cells; `grid` is what the rank has of them. `ranks` may be null.
+    DirectLevel(const PaddedGrid& grid, const RankBox& box, const Ranks* ranks);
     ~DirectLevel();
     const PaddedGrid& grid() const { return grid_; }
     CellGradients& gradients() { return gradients_; }
@@ -119,6 +127,7 @@ public:
         }
         factor();
     }
+    /// Of ranks, b is what each has of a sum.
     void solve(const GridVector& b, GridVector& x);
 
     GridVector right_side, solution;
@@ -128,7 +137,11 @@ private:
     void clear();
     void add(int i, int j, int k, const CellMatrices& matrices, std::size_t count);
     void factor();
+    /// Of a node's first component among the unknowns.
+    std::ptrdiff_t unknown(int i, int j, int k) const;
     PaddedGrid grid_;
+    RankBox box_;
+    const Ranks* ranks_;
     CellGradients gradients_;
     std::unique_ptr<Factors> factors_;
 };

@@ -48,16 +48,19 @@ void convert(const NodeField<From>& from, double factor, NodeField<To>& to, cons
 } // namespace
 
 FloatMultigrid::FloatMultigrid(const Body<double>& body, const Lattice& lattice, const Material& material,
-                               const PlanOptions& choice)
+                               const PlanOptions& choice, const Ranks* ranks)
     : given_(&body), scale_(kModulus / material.young_modulus),
       body_(make_body<float>(lattice, scaled(material, scale_), choice)), state_(body_->make_state(false)),
       potential_(*body_, BodyScales::of(lattice, scaled(material, scale_)), {}, {}),
-      multigrid_(*body_, lattice, scaled(material, scale_)), in_(potential_.space().make()),
+      multigrid_(*body_, lattice, scaled(material, scale_), ranks), in_(potential_.space().make()),
       out_(potential_.space().make()),
-      same_places_(same_places(body, body.make_state(false).displacement, *body_, state_.displacement)),
-      floats_(3 * body.node_count()) {
+      same_places_(same_places(body, body.make_state(false).displacement, *body_, state_.displacement)) {
     if (!same_places_) {
+        floats_.resize(3 * body.node_count());
         doubles_.resize(floats_.size());
+    }
+    if (ranks) {
+        potential_.share(lattice, *ranks);
     }
 }
 
@@ -85,6 +88,7 @@ void FloatMultigrid::update(const Potential<double>& potential) {
         potential_.prescribe(supports);
     }
     if (potential.pull_strength() > 0) {
+        floats_.resize(3 * held_.size()); // where to does not matter
         potential_.pull(scale_ * potential.pull_strength(),
                         VectorField<const float>::aos(floats_.data(), held_.size()));
     } else {

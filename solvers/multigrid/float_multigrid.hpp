@@ -16,9 +16,9 @@ namespace hybmss {
 /// Stiffness and pull are scaled so that no material, and residuals so that no load, leaves float's range.
 class FloatMultigrid final : public Preconditioner<double> {
 public:
-    /// `choice`: what the body in double was made with.
+    /// `choice`: what the body in double was made with. `ranks`: as Multigrid's.
     FloatMultigrid(const Body<double>& body, const Lattice& lattice, const Material& material,
-                   const PlanOptions& choice);
+                   const PlanOptions& choice, const Ranks* ranks = nullptr);
 
     void update(const Potential<double>& potential) override;
     void apply(const NodeVector<double>& r, NodeVector<double>& z) override;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,9 @@ struct Multigrid::FineLevel {
             multigrid->gather(r.field, multigrid->grid_in_);
             multigrid->grid_out_.clear();
             multigrid->rotations_->add_correction(multigrid->grid_in_, multigrid->grid_out_, *multigrid->workers_);
+            if (multigrid->shared_) {
+                multigrid->shared_->add_up(multigrid->grid_out_.c);
+            }
             multigrid->scatter_add(multigrid->grid_out_, potential->free(), z);
         }
     }
@@ -82,6 +86,7 @@ struct Multigrid::FineLevel {
                 }
             }
             multigrid->scatter_add(multigrid->grid_out_, potential->free(), guess);
+            potential->add_up(guess);
         }
         space->for_each([](const float& free, float& x) { x *= free; }, potential->free(), guess);
         double before = std::sqrt(space->dot(guess, guess)), size = 1;
@@ -105,7 +110,7 @@ struct Multigrid::FineLevel {
     double highest = 0;
 };
 
-Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Material& material)
+Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Material& material, const Ranks* ranks)
     : body_(&body), workers_(&body.workers()), stiffness_(lattice, material), grid_{lattice.cells()},
       unit_(body.length_unit() / lattice.cell_size()),
       scales_(lattice.cell_scales().begin(), lattice.cell_scales().end()), tissues_(scales_.size()),
@@ -139,19 +144,26 @@ Multigrid::Multigrid(const Body<float>& body, const Lattice& lattice, const Mate
             }
         }
     });
+    const Ranks* const others = ranks && !ranks->box().alone() ? ranks : nullptr;
+    if (others) {
+        shared_.emplace(grid_, *others, [&](std::size_t index) { return node_at_[index] != kNoNode; });
+    }
     const bool stiff = volume_to_shear(lattice, material) > kStiffRotations;
     if (stiff) {
-        rotations_.emplace(gradients_, body.kernel_table());
+        rotations_.emplace(gradients_, body.kernel_table(), shared_ ? &*shared_ : nullptr);
         find_rest_rotations();
     }
     find_runs();
     cells_.emplace_back(gradients_);
+    RankBox box{{0, 0, 0}, grid_.cells, {}, std::numeric_limits<int>::max()};
+    box = (others ? others->box() : box).merged();
     PaddedGrid coarse = coarsened(grid_);
-    for (; coarse.node_count() > kDirectNodes; coarse = coarsened(coarse)) {
-        levels_.push_back(std::make_unique<CoarseLevel>(coarse, stiff, body));
+    for (; PaddedGrid{box.whole}.node_count() > kDirectNodes && box.halvings > 0; box = box.merged()) {
+        levels_.push_back(std::make_unique<CoarseLevel>(coarse, stiff, body, others));
         cells_.emplace_back(levels_.back()->gradients());
+        coarse = coarsened(coarse);
     }
-    direct_ = std::make_unique<DirectLevel>(coarse);
+    direct_ = std::make_unique<DirectLevel>(coarse, box, others);
     cells_.emplace_back(direct_->gradients());
 }
 Multigrid::~Multigrid() = default;
@@ -259,6 +271,18 @@ void Multigrid::set_memory(const VectorSpace<float>& space, std::span<const floa
     fine_->highest = 1; // there was an estimate
 }
 
+void Multigrid::restrict_to_level(const PaddedGrid& fine, const SharedGrid* shared, GridVector& rest, std::size_t l) {
+    const bool last = l == levels_.size();
+    if (shared) {
+        shared->clear_counted_elsewhere(rest);
+    }
+    restrict_to(fine, rest, last ? direct_->grid() : levels_[l]->grid(),
+                last ? direct_->right_side : levels_[l]->right_side, *workers_);
+    if (shared && !last) {
+        levels_[l]->shared()->add_up(levels_[l]->right_side.c);
+    }
+}
+
 void Multigrid::cycle(std::size_t l) {
     if (l == levels_.size()) {
         direct_->solve(direct_->right_side, direct_->solution);
@@ -267,10 +291,10 @@ void Multigrid::cycle(std::size_t l) {
     CoarseLevel& level = *levels_[l];
     level.smooth(true, level.right_side, level.solution, degree_, low_part_);
     level.residual(level.right_side, level.solution, level.rest);
+    restrict_to_level(level.grid(), level.shared(), level.rest, l + 1);
+    cycle(l + 1);
     const bool last = l + 1 == levels_.size();
     const PaddedGrid& coarse = last ? direct_->grid() : levels_[l + 1]->grid();
-    restrict_to(level.grid(), level.rest, coarse, last ? direct_->right_side : levels_[l + 1]->right_side, *workers_);
-    cycle(l + 1);
     add_prolonged(coarse, last ? direct_->solution : levels_[l + 1]->solution, level.grid(), level.solution, *workers_);
     level.smooth(false, level.right_side, level.solution, degree_, low_part_);
 }
@@ -281,9 +305,9 @@ void Multigrid::apply(const NodeVector<float>& r, NodeVector<float>& z) {
     fine_->multiply_free(z, fine_->residual);
     fine_->space->for_each([](const float& from, float& to) { to = from - to; }, r, fine_->residual);
     gather(fine_->residual.field, grid_in_);
-    const PaddedGrid& coarse = levels_.empty() ? direct_->grid() : levels_[0]->grid();
-    restrict_to(grid_, grid_in_, coarse, levels_.empty() ? direct_->right_side : levels_[0]->right_side, *workers_);
+    restrict_to_level(grid_, shared_ ? &*shared_ : nullptr, grid_in_, 0);
     cycle(0);
+    const PaddedGrid& coarse = levels_.empty() ? direct_->grid() : levels_[0]->grid();
     grid_out_.clear();
     add_prolonged(coarse, levels_.empty() ? direct_->solution : levels_[0]->solution, grid_, grid_out_, *workers_);
     scatter_add(grid_out_, fine_->potential->free(), z);

@@ -21,7 +21,9 @@ namespace hybmss {
 /// definite whatever the body's second derivatives are. All is float: it only preconditions.
 class Multigrid final : public Preconditioner<float> {
 public:
-    Multigrid(const Body<float>& body, const Lattice& lattice, const Material& material);
+    /// `ranks`: of which the body is a part, in boxes whose cells can be merged at least once; else null. Levels go
+    /// down to where cells would lie across a cut.
+    Multigrid(const Body<float>& body, const Lattice& lattice, const Material& material, const Ranks* ranks = nullptr);
     ~Multigrid() override;
 
     void update(const Potential<float>& potential) override;
@@ -88,8 +90,12 @@ private:
     void find_rotations();
     void cycle(std::size_t level);
 
+    /// The right side of the level l (levels_.size(): the direct one's) from what is left on the finer one.
+    void restrict_to_level(const PaddedGrid& fine, const SharedGrid* shared, GridVector& rest, std::size_t l);
+
     const Body<float>* body_;
     const Workers* workers_;
+    std::optional<SharedGrid> shared_; ///< of the finest level
     CellStiffness stiffness_;
     PaddedGrid grid_;
     double unit_;                        ///< the body's unit of length by the cell's edge

@@ -375,6 +375,7 @@ void Multigrid::find_rest_rotations() {
 // For each cell around, how far turning this one changes its volume: sum over shared corners a of s_a x (F^T g_a), g_a
 // that cell's dV'/dx_a on free components, which grid_in_ tells.
 void Multigrid::find_rotations() {
+    constexpr double kSoftestTurn = 1e-5;
     gradients_.spread();
     const std::size_t row = grid_.row(), plane = grid_.plane();
     // Of cells beyond the border too, which have none.
@@ -458,9 +459,10 @@ void Multigrid::find_rotations() {
                     }
                 }
             }
-            rotations_->invert(cell, count, sum, 1e-5);
+            rotations_->invert(cell, count, sum, kSoftestTurn);
         });
     });
+    rotations_->finish(kSoftestTurn);
 }
 
 } // namespace hybmss

@@ -51,6 +51,43 @@ std::array<bool, 3> merged_axes(const PaddedGrid& fine, const PaddedGrid& coarse
 
 } // namespace
 
+// Axis after axis, so that what lies across an edge or a corner gets there; of a face both ranks add up what they have
+// of the cells on its two sides.
+void SharedGrid::give_back(std::array<std::vector<float>, 6>& cells) const {
+    const Ranks& ranks = border_.ranks();
+    for (std::size_t a = 0; a < 3; ++a) {
+        const std::size_t across = a == 0 ? 1 : a == 1 ? grid_.row() : grid_.plane();
+        Ranks::Faces faces;
+        std::vector<std::array<std::size_t, 2>> sides; ///< of a place on a face: the low and the high cell
+        for (std::size_t high = 0; high < 2; ++high) {
+            std::array<int, 3> first = {-1, -1, -1}, last = grid_.cells;
+            first[a] = last[a] = high == 0 ? -1 : grid_.cells[a] - 1;
+            for_each_place(first, last, [&](int i, int j, int k) {
+                if (ranks.box().meets[a][high]) {
+                    faces[a][high].push_back(static_cast<std::uint32_t>(sides.size()));
+                    sides.push_back({grid_.index(i, j, k), grid_.index(i, j, k) + across});
+                }
+            });
+        }
+        std::vector<double> own(12 * sides.size());
+        for (std::size_t n = 0; n < own.size(); ++n) {
+            own[n] = static_cast<double>(cells[n % 6][sides[n / 12][n / 6 % 2]]);
+        }
+        std::vector<double> all = own;
+        ranks.add_up(faces, 12, all);
+        for (std::size_t high = 0; high < 2; ++high) {
+            for (const std::uint32_t place : faces[a][high]) {
+                for (std::size_t e = 0; e < 6; ++e) {
+                    const std::size_t inside = 12 * place + 6 * (1 - high) + e;
+                    float& value = cells[e][sides[place][1 - high]];
+                    value = static_cast<float>(static_cast<double>(value) + (all[inside] - own[inside]));
+                    cells[e][sides[place][high]] = 0;
+                }
+            }
+        }
+    }
+}
+
 PaddedGrid coarsened(const PaddedGrid& fine) {
     PaddedGrid coarse = fine;
     for (int& n : coarse.cells) {

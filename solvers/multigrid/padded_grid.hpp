@@ -3,6 +3,7 @@
 #include "kernels/arguments.hpp"
 #include "plan/threads/workers.hpp"
 #include "solvers/multigrid/lanes.hpp"
+#include "solvers/newton/ranks.hpp"
 
 #include <array>
 #include <cstddef>
@@ -49,6 +50,43 @@ struct GridVector {
             array.assign(array.size(), 0.0f);
         }
     }
+};
+
+/// The nodes of a rank's padded grid that are on other ranks' too.
+class SharedGrid {
+public:
+    /// has(index): whether the rank's body has the node.
+    template <class Has>
+    SharedGrid(const PaddedGrid& grid, const Ranks& ranks, const Has& has) : grid_(grid), border_(ranks, grid.cells) {
+        for (const auto& [i, j, k] : border_.nodes()) {
+            indices_.push_back(grid.index(i, j, k));
+        }
+        elsewhere_ = border_.counted_elsewhere([&](std::size_t n) { return has(indices_[n]); });
+    }
+
+    /// `arrays`: of some values a node each.
+    template <std::size_t count>
+    void add_up(std::array<std::vector<float>, count>& arrays) const {
+        border_.add_up(count, [&](std::size_t n, std::size_t e) { return arrays[e].data() + indices_[n]; });
+    }
+    /// What a sum over the ranks counts once: zero where another one counts the node.
+    void clear_counted_elsewhere(GridVector& vector) const {
+        for (const std::uint32_t n : elsewhere_) {
+            for (auto& array : vector.c) {
+                array[indices_[n]] = 0;
+            }
+        }
+    }
+
+    /// Six values a cell, with those around the grid: what this rank has of cells of others is added to theirs, and
+    /// zero here.
+    void give_back(std::array<std::vector<float>, 6>& cells) const;
+
+private:
+    PaddedGrid grid_;
+    RankBorder border_;
+    std::vector<std::size_t> indices_;
+    std::vector<std::uint32_t> elsewhere_;
 };
 
 /// visit(i, j, k) in index order, both ends included.

@@ -67,9 +67,7 @@ std::string falling(int axis) {
 } // namespace
 
 template <class T>
-LoadStepping<T>::LoadStepping(const VectorSpace<T>& space)
-    : space_(&space), minimiser_(space), last_(space.make()), before_last_(space.make()), first_attempt_(space.make()) {
-}
+LoadStepping<T>::LoadStepping(const VectorSpace<T>& space) : space_(&space), minimiser_(space), last_(space.make()) {}
 
 template <class T>
 MinimiserResult LoadStepping<T>::settle(Potential<T>& potential, Preconditioner<T>& preconditioner, State<T>& state,
@@ -134,6 +132,12 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
     const auto size = [&] { return space_->largest([](const T& x) { return x < 0 ? -x : x; }, displacement); };
     const double far = size() + 10 * potential.extent();
     bool failed = false, near = false;
+    const auto keep = [&](const auto& from, NodeVector<T>& in) { // made where it is needed: few solves do
+        if (in.field[0].size() == 0) {
+            in = space_->make();
+        }
+        space_->copy(from, in);
+    };
     const auto describe = [&](const Attempt& state_of) {
         result.residual = state_of.residual;
         result.potential = state_of.potential;
@@ -220,7 +224,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
                 describe(last);
                 break;
             }
-            space_->copy(last_, before_last_);
+            keep(last_, before_last_);
             space_->copy(u, last_);
             worst_before = worst;
             step = std::min({failed ? step : kGrow * step, options.largest_load_step, 1 - target});
@@ -233,7 +237,7 @@ EquilibriumResult LoadStepping<T>::follow(Potential<T>& potential, Preconditione
         ++result.failed_load_steps;
         failed = true;
         if (result.failed_load_steps == 1) {
-            space_->copy(u, first_attempt_);
+            keep(u, first_attempt_);
             first = attempt;
             near = may_be_near(first) && !inverted && size() < far;
         }

@@ -11,13 +11,18 @@ template <class T>
 Potential<T>::Potential(const Body<T>& body, const BodyScales& scales, const SolidCells& solid, Sections sections)
     : body_(&body), space_(body), volumes_(body, solid), turning_(body, std::move(sections)),
       force_floor_(1e-9 * scales.spring_force), length_(scales.spring_length / body.length_unit()),
-      extent_(scales.extent / body.length_unit()), free_(space_.make()), load_(space_.make()),
-      pull_target_(space_.make()), pull_weight_(space_.make()) {
+      extent_(scales.extent / body.length_unit()), free_(space_.make()), load_(space_.make()) {
     places_.resize(body.node_count());
     for (std::size_t n = 0; n < places_.size(); ++n) {
         places_[n] = static_cast<std::uint32_t>(body.index_of(n));
     }
     prescribe({});
+}
+
+template <class T>
+void Potential<T>::share(const Lattice& lattice, const Ranks& ranks) {
+    shared_ = std::make_unique<SharedNodes<T>>(*body_, lattice, ranks);
+    space_.share(shared_.get());
 }
 
 template <class T>
@@ -94,6 +99,12 @@ void Potential<T>::load(std::span<const std::array<double, 3>> forces, const std
             const std::size_t index = flat_index(n, c, array);
             load_.field[array][index] = static_cast<T>(force);
         }
+    }
+    if (shared_) {
+        add_up(load_);
+        largest_load_ = space_.largest_component(load_);
+        shared_->ranks().sum(resultant_);
+        shared_->ranks().sum(load_size_);
     }
     loaded_ = largest_load_ > 0;
 }
@@ -202,6 +213,10 @@ void Potential<T>::pull(double strength, VectorField<const T> towards) {
         throw std::invalid_argument("strength of the pull = " + std::to_string(strength) +
                                     ": it must be finite and at least 0");
     }
+    if (pull_target_.field[0].size() == 0) { // static solves do without
+        pull_target_ = space_.make();
+        pull_weight_ = space_.make();
+    }
     body_->write(towards, 1 / body_->length_unit(), pull_target_.field);
     if (strength == pull_strength_) {
         return;
@@ -275,6 +290,9 @@ unsigned Potential<T>::held_axes() const {
     for (const std::uint8_t axes : held_) {
         held |= axes;
     }
+    for (unsigned c = 0; shared_ && c < 3; ++c) {
+        held |= shared_->ranks().largest(held >> c & 1u) > 0 ? 1u << c : 0u;
+    }
     return held;
 }
 
@@ -308,7 +326,7 @@ void Potential<T>::prescribed_step(const State<T>& state, NodeVector<T>& step) c
 
 template <class T>
 Turning<T>* Potential<T>::turning() {
-    if (pull_strength_ > 0) {
+    if (pull_strength_ > 0 || shared_) { // of a part's sections nobody knows how the others turn
         return nullptr;
     }
     if (!turning_holds_) {
@@ -330,8 +348,20 @@ int Potential<T>::falling_axis() const {
 }
 
 template <class T>
+VolumeRatios Potential<T>::volume_ratios(const State<T>& state) const {
+    VolumeRatios ratios = volumes_.ratios(state);
+    if (shared_) {
+        ratios = {-shared_->ranks().largest(-ratios.min), shared_->ranks().largest(ratios.max)};
+    }
+    return ratios;
+}
+
+template <class T>
 auto Potential<T>::value(State<T>& state) const -> Value {
-    const PotentialEnergy energy = body_->energy(state);
+    PotentialEnergy energy = body_->energy(state);
+    if (shared_) {
+        energy = {shared_->ranks().sum(energy.springs), shared_->ranks().sum(energy.volume)};
+    }
     Value value;
     value.total = energy.total() / body_->length_unit();
     value.size = (std::abs(energy.springs) + std::abs(energy.volume)) / body_->length_unit();
@@ -382,6 +412,9 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
     if (actuation_) {
         actuation_->add_forces(*body_, state, 1, state.force);
     }
+    if (shared_) {
+        shared_->add_up(state.force);
+    }
     const FieldView<T> force{state.force}, u{state.displacement};
     if (pull_strength_ > 0) {
         space_.for_each([](const T& f, const T& load, const T& q, const T& target, const T& weight,
@@ -404,6 +437,9 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
             std::max(balance.support, std::abs(static_cast<double>(gradient.field[held.array][held.index])));
         gradient.field[held.array][held.index] = 0;
     }
+    if (shared_) {
+        balance.support = shared_->ranks().largest(balance.support);
+    }
     if (pressure_ && pressure_->acts()) { // on what is free alone, as the next line sees to
         balance.load = std::max(balance.load, pressure_->largest_force());
         pressure_->add_gradient(state, gradient.field);
@@ -417,6 +453,7 @@ Balance Potential<T>::gradient(State<T>& state, NodeVector<T>& gradient) const {
 template <class T>
 void Potential<T>::multiply_body(const NodeVector<T>& p, NodeVector<T>& out, Curvature curvature) const {
     body_->hessian_product(*linearised_, p.field, out.field, curvature);
+    add_up(out);
     if (damping_) {
         apply_damping(p.field);
         space_.add_multiple(damping_->strength, damping_->product, out);
@@ -460,6 +497,9 @@ void Potential<T>::multiply(const NodeVector<T>& p, NodeVector<T>& out, Curvatur
 template <class T>
 void Potential<T>::diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature) const {
     body_->hessian_diagonal(*linearised_, blocks, curvature);
+    if (shared_) {
+        shared_->add_up(blocks);
+    }
     if (damping_) {
         AlignedArray<T> more[6];
         body_->spring_diagonal(damping_->from, {kernels::SpringLaw::damping}, more);

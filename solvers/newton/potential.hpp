@@ -47,6 +47,16 @@ public:
     const Body<T>& body() const { return *body_; }
     const VectorSpace<T>& space() const { return space_; }
 
+    /// The body is this rank's part of one, `lattice` its cells: values, balances and products are those of the whole
+    /// from now on, and loads, those by mass too, are a rank's share of what acts on a node. Before all loads; without
+    /// pressures, obstacles, cells of another size, pulls and turned steps. `ranks` is kept by reference.
+    void share(const Lattice& lattice, const Ranks& ranks);
+    /// Sums over the ranks that have a node; nothing where there are none.
+    void add_up(NodeVector<T>& vector) const {
+        if (shared_) {
+            shared_->add_up(vector.field);
+        }
+    }
     /// Replaces the list of held components; velocities are not used. Throws std::invalid_argument for a node that does
     /// not exist or a displacement that is not finite.
     void prescribe(std::span<const PrescribedNode> nodes);
@@ -142,7 +152,7 @@ public:
     /// yy, zz, xy, xz, yz by places in the layout.
     void diagonal(AlignedArray<T> (&blocks)[6], Curvature curvature = Curvature::whole) const;
 
-    VolumeRatios volume_ratios(const State<T>& state) const { return volumes_.ratios(state); }
+    VolumeRatios volume_ratios(const State<T>& state) const;
 
     /// The mean rest length of the springs and the extent of the body at rest, in the body's unit.
     double length() const { return length_; }
@@ -170,6 +180,7 @@ private:
 
     const Body<T>* body_;
     VectorSpace<T> space_;
+    std::unique_ptr<SharedNodes<T>> shared_;
     CellVolumes<T> volumes_;
     Turning<T> turning_;
     bool turning_holds_ = false; ///< the present supports

@@ -192,13 +192,19 @@ void BlockJacobi<T>::correct(const NodeVector<T>& from, const NodeVector<T>* pro
 template class BlockJacobi<float>;
 template class BlockJacobi<double>;
 
+namespace {
+
+double volume_to_shear(const Material& material) {
+    return resolved_volume_energy(material) == VolumeEnergy::none ? 0
+                                                                  : volume_modulus(material) / shear_modulus(material);
+}
+
+} // namespace
+
 double volume_to_shear(const Lattice& lattice, const Material& material) {
-    const auto ratio = [](const Material& own) {
-        return resolved_volume_energy(own) == VolumeEnergy::none ? 0 : volume_modulus(own) / shear_modulus(own);
-    };
-    double largest = ratio(material);
+    double largest = volume_to_shear(material);
     for (std::size_t tissue = 1; tissue <= lattice.tissues().size(); ++tissue) {
-        largest = std::max(largest, ratio(material_of(lattice, tissue, material)));
+        largest = std::max(largest, volume_to_shear(material_of(lattice, tissue, material)));
     }
     return largest;
 }
@@ -213,10 +219,14 @@ struct Proportions {
     int shortest;
 };
 
+Proportions measured(const std::array<int, 3>& cells, double present, double volume_to_shear) {
+    const auto [shortest, longest] = std::minmax({cells[0], cells[1], cells[2]});
+    const double all = static_cast<double>(cells[0]) * cells[1] * cells[2];
+    return {static_cast<double>(longest) * longest / shortest, 1 + std::max(volume_to_shear, 0.0), all / present,
+            shortest};
+}
 Proportions measured(const Lattice& lattice, const Material& material) {
-    const auto [shortest, longest] = std::minmax({lattice.cells()[0], lattice.cells()[1], lattice.cells()[2]});
-    return {static_cast<double>(longest) * longest / shortest, 1 + std::max(volume_to_shear(lattice, material), 0.0),
-            static_cast<double>(lattice.cell_scales().size()) / static_cast<double>(lattice.cell_count()), shortest};
+    return measured(lattice.cells(), static_cast<double>(lattice.cell_count()), volume_to_shear(lattice, material));
 }
 
 double block_jacobi_products(const Proportions& body) {
@@ -225,12 +235,17 @@ double block_jacobi_products(const Proportions& body) {
 double multigrid_products(const Proportions& body) {
     return (200 + 83 * std::pow(body.stiffness, 0.62)) * body.emptiness;
 }
+bool multigrid_pays(const Proportions& body) {
+    return block_jacobi_products(body) > multigrid_products(body);
+}
 
 } // namespace
 
 bool multigrid_pays(const Lattice& lattice, const Material& material) {
-    const Proportions body = measured(lattice, material);
-    return lattice.cell_count() > 0 && block_jacobi_products(body) > multigrid_products(body);
+    return lattice.cell_count() > 0 && multigrid_pays(measured(lattice, material));
+}
+bool multigrid_pays(const std::array<int, 3>& cells, double present, const Material& material) {
+    return present > 0 && multigrid_pays(measured(cells, present, volume_to_shear(material)));
 }
 
 bool multigrid_pays_in_step(const Lattice& lattice, const Material& material, double reach) {

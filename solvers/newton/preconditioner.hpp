@@ -70,6 +70,8 @@ double volume_to_shear(const Lattice& lattice, const Material& material);
 /// slender body, and r = 1 + kappa/G, block Jacobi takes about 9.2 n r^0.44 of them for a static solve, multigrid about
 /// 200 + 83 r^0.62, by as much more as the bounding box has more cells than the body.
 bool multigrid_pays(const Lattice& lattice, const Material& material);
+/// The same of one material, with `present` of a box of cells.
+bool multigrid_pays(const std::array<int, 3>& cells, double present, const Material& material);
 /// The same of a step of backward Euler, of `reach` critical steps: a node feels no farther than about so many cells.
 ///
 /// By the `euler` rows, in iterations of block Jacobi: that takes about 10 min(reach, 1.65 n r^0.44) of them, multigrid

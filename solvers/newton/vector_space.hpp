@@ -1,6 +1,7 @@
 #pragma once
 
 #include "plan/bodies/body.hpp"
+#include "solvers/newton/ranks.hpp"
 
 #include <algorithm>
 #include <array>
@@ -46,6 +47,10 @@ public:
         partial_.resize(pieces_.size());
     }
 
+    /// The body is a part of one of many ranks: sums and largest values are of all of them, nodes that are on several
+    /// counted once. Null: alone.
+    void share(const SharedNodes<T>* nodes) { shared_ = nodes; }
+
     /// A vector of zeros.
     NodeVector<T> make() const {
         NodeVector<T> vector;
@@ -66,17 +71,29 @@ public:
     /// The sum of term(a, b, ...) over every component.
     template <class Term, class... Vectors>
     double sum(const Term& term, Vectors&... vectors) const {
-        return add_pieces([&](const Piece& piece) {
+        double own = add_pieces([&](const Piece& piece) {
             return sum_piece(piece, term, vectors.field[piece.array].data() + piece.begin...);
         });
+        if (!shared_) {
+            return own;
+        }
+        const bool packed = sizes_[1] == 0;
+        for (const std::size_t place : shared_->counted_elsewhere()) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::size_t array = packed ? 0 : c, at = packed ? 4 * place + c : place;
+                own -= static_cast<double>(term(vectors.field[array].data()[at]...));
+            }
+        }
+        return shared_->ranks().sum(own);
     }
 
     /// The largest of term(a, b, ...), at least 0; a NaN is passed on.
     template <class Term, class... Vectors>
     double largest(const Term& term, Vectors&... vectors) const {
-        return largest_of_pieces([&](const Piece& piece) {
+        const double own = largest_of_pieces([&](const Piece& piece) {
             return largest_in_piece(piece, term, vectors.field[piece.array].data() + piece.begin...);
         });
+        return shared_ ? shared_->ranks().largest(own) : own;
     }
 
     double dot(const NodeVector<T>& a, const NodeVector<T>& b) const {
@@ -171,6 +188,7 @@ private:
     }
 
     const Workers* workers_;
+    const SharedNodes<T>* shared_ = nullptr;
     std::array<std::size_t, 3> sizes_;
     std::vector<Piece> pieces_;
     mutable std::vector<double> partial_; ///< scratch, one a piece

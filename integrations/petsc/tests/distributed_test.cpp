@@ -177,41 +177,104 @@ TEST(BesideOneMachine, ForcesEnergyAndSecondDerivativesAreTheReferences) {
     }
 }
 
-TEST(BesideOneMachine, EquilibriumIsThatOfEquilibriumSolver) {
-    const Body body = box({1e4, 0.3, 1000, 1, VolumeEnergy::automatic});
-    const double way = -0.05 * 6 * 0.1;
-    const Block block(PETSC_COMM_WORLD, body.grid);
+/// The body pressed together along y by the way (m), in a weight: on the ranks and as a whole.
+void expect_same_equilibrium(const Body& body, bool cut_evenly, PreconditionerKind kind, double way,
+                             EquilibriumOptions options) {
+    const int top = body.lattice.cells()[1];
+    const Block block(PETSC_COMM_WORLD, body.grid, cut_evenly);
     BlockForces forces(block, body.material, one_thread());
     OwnedVec u;
     check(VecDuplicate(forces.masses(), u.make()));
     check(VecSet(u, 0));
     const auto plates = [&](PetscInt, PetscInt j, PetscInt) {
-        return j == 0 || j == 6 ? std::optional(std::array<double, 3>{0, j == 0 ? 0 : way, 0}) : std::nullopt;
+        return j == 0 || j == top ? std::optional(std::array<double, 3>{0, j == 0 ? 0 : way, 0}) : std::nullopt;
     };
-    const DistributedEquilibrium found = solve_equilibrium(forces, plates, {0, -10, 2}, u);
-    EXPECT_TRUE(found.converged) << found.reason;
+    options.preconditioner = kind;
+    const EquilibriumResult found = solve_equilibrium(forces, plates, {0, -10, 2}, u, options);
+    ASSERT_EQ(found.status, EquilibriumStatus::converged) << found.message;
+    EXPECT_EQ(found.preconditioner, name(kind));
 
     Loading loading;
     loading.acceleration = {0, -10, 2};
     const std::vector<std::uint32_t> nodes = body.lattice.nodes();
     for (std::uint32_t n = 0; n < nodes.size(); ++n) {
-        const double y = body.lattice.rest_position(nodes[n])[1];
-        if (y == 0 || y > 0.55) {
+        const double y = body.lattice.rest_position(nodes[n])[1] / body.lattice.cell_size();
+        if (y == 0 || y > top - 0.5) {
             loading.supports.push_back({.node = n, .displacement = {0, y == 0 ? 0 : way, 0}});
         }
     }
-    EquilibriumOptions options;
-    options.tolerance = 1e-11;
     EquilibriumSolver<double> solver(body.lattice, body.material, one_thread());
     std::vector<double> expected(3 * solver.node_count());
     const EquilibriumResult whole =
         solver.solve(loading, VectorField<double>::aos(expected.data(), solver.node_count()), options);
     ASSERT_EQ(whole.status, EquilibriumStatus::converged) << whole.message;
-    // Both end where forces balance to about 1e-10 of the plate's.
+    EXPECT_EQ(found.coarser_meshes, whole.coarser_meshes);
+    EXPECT_EQ(found.newton_iterations, whole.newton_iterations);
+    // The same cycle, whose smoothers take their bounds from random vectors that differ: here and there one more.
+    EXPECT_NEAR(static_cast<double>(found.cg_iterations), static_cast<double>(whole.cg_iterations),
+                std::max<double>(1, 0.02 * static_cast<double>(whole.cg_iterations)));
+    EXPECT_NEAR(found.min_cell_volume_ratio, whole.min_cell_volume_ratio, 1e-6);
+    EXPECT_NEAR(found.max_cell_volume_ratio, whole.max_cell_volume_ratio, 1e-6);
+    EXPECT_NEAR(found.potential / whole.potential, 1, 1e-9);
+    // Both end where forces balance to about the tolerance, of the plate's.
     EXPECT_LE(difference(
                   block, body.lattice, u, [&](std::size_t n, std::size_t c) { return expected[3 * n + c]; },
                   [&](std::size_t) { return -way; }),
-              1e-9);
+              100 * options.tolerance);
+}
+
+TEST(BesideOneMachine, EquilibriumIsThatOfEquilibriumSolver) {
+    EquilibriumOptions options;
+    options.tolerance = 1e-11;
+    const Body even{
+        Grid{{7, 8, 12}, 0.1, {}}, Lattice::box(7, 8, 12, 0.1), {1e4, 0.3, 1000, 1, VolumeEnergy::automatic}};
+    for (const PreconditionerKind kind : {PreconditionerKind::block_jacobi, PreconditionerKind::multigrid}) {
+        expect_same_equilibrium(even, true, kind, -0.05 * 8 * 0.1, options);
+        // Nodes that one rank alone has, of those where ranks meet.
+        expect_same_equilibrium(sparse({1e5, 0.3, 1000, 1, VolumeEnergy::automatic}), true, kind, -0.01, options);
+    }
+    expect_same_equilibrium(box({1e4, 0.3, 1000, 1, VolumeEnergy::automatic}), false, PreconditionerKind::block_jacobi,
+                            -0.05 * 6 * 0.1, options);
+}
+
+TEST(BesideOneMachine, EquilibriumComesByCoarserMeshes) {
+    Material material{1e4, 0.45, 1000, 1, VolumeEnergy::automatic};
+    material.crush.stiffness = 20;
+    EquilibriumOptions options;
+    options.tolerance = 1e-8;
+    const Body cube{Grid{{16, 16, 16}, 0.1, {}}, Lattice::box(16, 16, 16, 0.1), material};
+    expect_same_equilibrium(cube, true, PreconditionerKind::multigrid, -0.2 * 16 * 0.1, options);
+}
+
+TEST(BesideOneMachine, MultigridIsRefusedWhereCellsLieAcrossACut) {
+    int ranks = 1;
+    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+    const Body body = box({1e4, 0.3, 1000, 1, VolumeEnergy::automatic}); // cut at 5 of 10 nodes along z
+    const Block block(PETSC_COMM_WORLD, body.grid, false);
+    BlockForces forces(block, body.material, one_thread());
+    OwnedVec u;
+    check(VecDuplicate(forces.masses(), u.make()));
+    check(VecSet(u, 0));
+    EquilibriumOptions options;
+    options.preconditioner = PreconditionerKind::multigrid;
+    const Supports clamped = [](PetscInt, PetscInt j, PetscInt) {
+        return j == 0 ? std::optional(std::array<double, 3>{0, 0, 0}) : std::nullopt;
+    };
+    if (ranks == 1) {
+        EXPECT_EQ(solve_equilibrium(forces, clamped, {0, -1, 0}, u, options).status, EquilibriumStatus::converged);
+    } else {
+        EXPECT_THROW(solve_equilibrium(forces, clamped, {0, -1, 0}, u, options), std::invalid_argument);
+    }
+}
+
+TEST(EvenCuts, FallOnPowersOfTwo) {
+    EXPECT_EQ(even_cuts(64, 1), (std::vector<long>{0}));
+    EXPECT_EQ(even_cuts(64, 2), (std::vector<long>{0, 32}));
+    EXPECT_EQ(even_cuts(100, 2), (std::vector<long>{0, 48}));
+    EXPECT_EQ(even_cuts(10, 2), (std::vector<long>{0, 4}));
+    EXPECT_EQ(even_cuts(64, 3), (std::vector<long>{0, 24, 40}));
+    EXPECT_EQ(even_cuts(3, 3), (std::vector<long>{0, 1, 2}));
+    EXPECT_THROW(even_cuts(2, 3), std::invalid_argument);
 }
 
 /// The clamped beam of both: nodes with x = 0.

@@ -69,6 +69,21 @@ def equilibria(folder):
         force = float(re.search(r"force of the plate ([\d.]+) N", out)[1])
         expect(abs(force - 12743.8) < 0.05, f"equilibrium on {ranks} ranks: the plate's force is {force:.2f} N (12743.8)")
     expect((folder / "again").read_bytes() == (folder / "again2").read_bytes(), "equilibrium on 2 ranks: the same bits twice")
+    # Multigrid, by coarser meshes first: iterations that do not go by the ranks.
+    cube, counts = ["equilibrium", "--cells", "24,24,24", "--poisson", "0.45", "--compression", "0.2", "--crush-resistance", "20",
+                    "--preconditioner", "multigrid", "--residual", "1e-9"], []
+    pressed = folder / "cube"
+    for ranks, extra in [(1, ["--save", pressed]), (2, ["--compare", pressed, "--tolerance", "1e-7"]),
+                         (4, ["--compare", pressed, "--tolerance", "1e-7"])]:
+        out = run(ranks, *cube, *extra)
+        counts.append(tuple(map(int, re.search(r"multigrid after \d+ coarser.*?(\d+) Newton iterations, (\d+) of CG", out).groups())))
+    expect(all(newton == counts[0][0] and abs(cg - counts[0][1]) <= 1 for newton, cg in counts),
+           f"multigrid on 1, 2 and 4 ranks: Newton and CG iterations {counts}")
+    # Ours and finite elements press alike: at nu = 1/4 their laws agree to the first order of the strain.
+    for ranks in (1, 2):
+        out = run(ranks, "elasticity", "--edges", "8", "--poisson", "0.25", "--compression", "0.01", "--rounds", "1", "--residual", "1e-8")
+        forces = [float(line.split()[-1]) for line in out.splitlines() if re.match("EquilibriumSolver|solve_eq|elements", line)]
+        expect(len(forces) == (3 if ranks == 1 else 2) and max(forces) < 1.05 * min(forces), f"elasticity on {ranks} ranks: plates' forces {forces} kN")
 
 
 def ranks_of(mpiexec):
