@@ -28,9 +28,9 @@ struct FiniteElementSolution {
 ///
 /// pressed together along y by the part `compression` of its height between plates that hold all components, from the
 /// state in which all of it is compressed alike. DMDA; SNES with its line search and Eisenstat and Walker's tolerances;
-/// conjugate gradients with GAMG (smoothed aggregation, the rigid motions as near-kernel, interpolations kept from one
-/// Newton iteration to the next). PETSc's own options are read. Ends where the largest unbalanced force is below
-/// `tolerance` of the largest support force. Collective.
+/// GMRES, as the tutorial has it, with GAMG (smoothed aggregation, the rigid motions as near-kernel, interpolations
+/// kept from one Newton iteration to the next). PETSc's own options are read. Ends where the largest unbalanced force
+/// is below `tolerance` of the largest support force. Collective.
 FiniteElementSolution press_finite_elements(MPI_Comm communicator, const std::array<PetscInt, 3>& cells,
                                             double cell_size, const Material& material, double compression,
                                             double tolerance);

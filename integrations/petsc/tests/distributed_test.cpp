@@ -209,8 +209,8 @@ void expect_same_equilibrium(const Body& body, bool cut_evenly, PreconditionerKi
         solver.solve(loading, VectorField<double>::aos(expected.data(), solver.node_count()), options);
     ASSERT_EQ(whole.status, EquilibriumStatus::converged) << whole.message;
     EXPECT_EQ(found.coarser_meshes, whole.coarser_meshes);
-    EXPECT_EQ(found.newton_iterations, whole.newton_iterations);
     // The same cycle, whose smoothers take their bounds from random vectors that differ: here and there one more.
+    EXPECT_NEAR(found.newton_iterations, whole.newton_iterations, 1);
     EXPECT_NEAR(static_cast<double>(found.cg_iterations), static_cast<double>(whole.cg_iterations),
                 std::max<double>(1, 0.02 * static_cast<double>(whole.cg_iterations)));
     EXPECT_NEAR(found.min_cell_volume_ratio, whole.min_cell_volume_ratio, 1e-6);
@@ -238,12 +238,16 @@ TEST(BesideOneMachine, EquilibriumIsThatOfEquilibriumSolver) {
 }
 
 TEST(BesideOneMachine, EquilibriumComesByCoarserMeshes) {
-    Material material{1e4, 0.45, 1000, 1, VolumeEnergy::automatic};
-    material.crush.stiffness = 20;
     EquilibriumOptions options;
     options.tolerance = 1e-8;
-    const Body cube{Grid{{16, 16, 16}, 0.1, {}}, Lattice::box(16, 16, 16, 0.1), material};
-    expect_same_equilibrium(cube, true, PreconditionerKind::multigrid, -0.2 * 16 * 0.1, options);
+    // With 0.499 the cells' rotations are smoothed too. Stiff enough not to sag far: where a solve takes dozens of
+    // steps, roundings send it elsewhere.
+    for (const double poisson_ratio : {0.45, 0.499}) {
+        Material material{1e6, poisson_ratio, 1000, 1, VolumeEnergy::automatic};
+        material.crush.stiffness = 20;
+        const Body cube{Grid{{16, 16, 16}, 0.1, {}}, Lattice::box(16, 16, 16, 0.1), material};
+        expect_same_equilibrium(cube, true, PreconditionerKind::multigrid, -0.2 * 16 * 0.1, options);
+    }
 }
 
 TEST(BesideOneMachine, MultigridIsRefusedWhereCellsLieAcrossACut) {
