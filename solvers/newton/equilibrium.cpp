@@ -221,7 +221,9 @@ struct EquilibriumSolver<T>::Implementation {
                                                   VectorField<T> displacement, const EquilibriumOptions& options) {
         // A solution of the coarse body is as far from that of the fine one, in every place.
         constexpr double kCoarseTolerance = 1e-4;
-        const CoarserMesh coarser(lattice->first);
+        // What the coarse body takes is given back before the fine one's multigrid is made.
+        auto coarser_mesh = std::make_unique<CoarserMesh>(lattice->first);
+        const CoarserMesh& coarser = *coarser_mesh;
         std::vector<double> start(3 * body->node_count());
         for (std::size_t n = 0; n < body->node_count(); ++n) {
             const auto at = static_cast<std::ptrdiff_t>(n) * displacement.stride;
@@ -231,17 +233,18 @@ struct EquilibriumSolver<T>::Implementation {
         }
         const std::vector<double> before = coarser.injected(start);
         std::vector<double> moved = before;
-        EquilibriumSolver<double> solver(coarser.lattice(), lattice->second, wishes);
+        auto solver = std::make_unique<EquilibriumSolver<double>>(coarser.lattice(), lattice->second, wishes);
         EquilibriumOptions coarse_options = options;
         coarse_options.tolerance = std::max(options.tolerance, kCoarseTolerance);
         coarse_options.leave_saddles = false;
-        const EquilibriumResult coarse = solver.follow(
+        const EquilibriumResult coarse = solver->follow(
             [&](double fraction) {
                 const Loading loading = path(fraction);
                 set(loading); // which checks it
                 return coarser.restricted(loading, body->masses());
             },
-            VectorField<double>::aos(moved.data(), solver.node_count()), coarse_options);
+            VectorField<double>::aos(moved.data(), solver->node_count()), coarse_options);
+        solver.reset();
         if (coarse.status == EquilibriumStatus::stopped) {
             // Nothing has been tried of the body itself: a solve that stops at once says all that is to be said.
             body->write(displacement, 1 / body->length_unit(), state.displacement);
@@ -255,13 +258,17 @@ struct EquilibriumSolver<T>::Implementation {
         for (std::size_t i = 0; i < moved.size(); ++i) {
             moved[i] -= before[i];
         }
-        const std::vector<double> change = coarser.interpolated(moved);
-        std::vector<T> guess(start.size());
-        for (std::size_t i = 0; i < start.size(); ++i) {
-            guess[i] = static_cast<T>(start[i] + change[i]);
+        {
+            const std::vector<double> change = coarser.interpolated(moved);
+            coarser_mesh.reset();
+            std::vector<T> guess(start.size());
+            for (std::size_t i = 0; i < start.size(); ++i) {
+                guess[i] = static_cast<T>(start[i] + change[i]);
+            }
+            start = std::vector<double>();
+            body->write(VectorField<const T>::aos(guess.data(), body->node_count()), 1 / body->length_unit(),
+                        state.displacement);
         }
-        body->write(VectorField<const T>::aos(guess.data(), body->node_count()), 1 / body->length_unit(),
-                    state.displacement);
         if (potential.volume_ratios(state).min <= 0) {
             return std::nullopt;
         }
