@@ -122,8 +122,7 @@ std::vector<EffectCost> effect_costs(const Simulation& simulation, const Simulat
         TimedScene with(scene, same), rest(without(scene, rule), same);
         if (small_steps) {
             try {
-                cost.nanoseconds =
-                    1e9 * difference(with, rest) / static_cast<double>(simulation.lattice().cell_count());
+                cost.nanoseconds = 1e9 * difference(with, rest) / static_cast<double>(simulation.cell_count());
             } catch (const std::runtime_error&) { // it fails at once, or does without this effect
             }
         }
@@ -151,7 +150,7 @@ double seconds_a_step(TimedScene& timed) {
 std::string coarse_mesh_line(const Simulation& simulation, const SimulationOptions& options) {
     constexpr std::size_t kCoarse = 30000;
     constexpr double kQuick = 1, kPatience = 3; // s, expected and at most
-    if (simulation.lattice().cell_count() > kCoarse) {
+    if (simulation.cell_count() > kCoarse || simulation.other_cells() != nullptr) {
         return "";
     }
     Scene scene = simulation.scene();
@@ -186,7 +185,9 @@ void row(std::string_view label, const std::string& value) {
 
 /// The guaranteed bound and the sharp estimate of the stable step at rest.
 std::string critical_step_text(const Simulation& simulation) {
-    const ForcePlan<double> plan(simulation.lattice(), simulation.scene().material);
+    const FittedCells* const other = simulation.other_cells();
+    const ForcePlan<double> plan = other ? ForcePlan<double>(other->network)
+                                         : ForcePlan<double>(simulation.lattice(), simulation.scene().material);
     const std::vector<double> rest(3 * plan.node_count(), 0.0);
     const double sharp =
         plan.estimate_critical_time_step(VectorField<const double>::aos(rest.data(), plan.node_count()));
@@ -256,7 +257,7 @@ void explain_time(TimedScene& timed) {
         const double cost = seconds_a_step(timed);
         row("estimated cost",
             fmt::format("{:.3g} s ({:.3g} us a step, {:.3g} ns a cell and step, measured now)", steps * cost,
-                        1e6 * cost, 1e9 * cost / static_cast<double>(simulation.lattice().cell_count())));
+                        1e6 * cost, 1e9 * cost / static_cast<double>(simulation.cell_count())));
     } catch (const std::runtime_error& error) {
         row("estimated cost", fmt::format("cannot be measured: {}", error.what()));
     }
@@ -331,10 +332,15 @@ void write_explanation(const Simulation& simulation, std::span<const EffectCost>
     const PlanDescription plan = simulation.describe();
     Json json;
     json["effects"] = effects_json(simulation, costs);
-    json["body"] = {{"cells", simulation.lattice().cell_count()},
-                    {"grid", simulation.lattice().cells()},
-                    {"nodes", simulation.node_count()},
-                    {"springs", plan.springs}};
+    json["body"] = {{"cells", simulation.cell_count()}};
+    if (const FittedCells* const other = simulation.other_cells()) {
+        json["body"]["anisotropy"] = other->anisotropy;
+        json["body"]["modulus_error"] = other->modulus_error;
+    } else {
+        json["body"]["grid"] = simulation.lattice().cells();
+    }
+    json["body"]["nodes"] = simulation.node_count();
+    json["body"]["springs"] = plan.springs;
     json["plan"] = plan_json(plan);
     json["plan"]["effort"] = name(plan.effort);
     json["plan"]["why"] = plan.reason;
@@ -387,6 +393,51 @@ void explain_world(const ExplainArguments& arguments, const WorldScene& scene) {
     }
 }
 
+void explain_cubes(const ExplainArguments& arguments, const Simulation& simulation, const std::string& parts) {
+    const Scene& scene = simulation.scene();
+    row("cells", fmt::format("{}", simulation.cell_count()));
+    const auto grid = simulation.lattice().cells();
+    row("grid", fmt::format("{} x {} x {} cells of {:g} m; low corner at ({:g}, {:g}, {:g})", grid[0], grid[1], grid[2],
+                            scene.body.cell_size, scene.body.origin[0], scene.body.origin[1], scene.body.origin[2]));
+    if (!scene.body.resampled.empty()) {
+        row("resampled", scene.body.resampled);
+    }
+    if (const std::string labels = labels_line(scene); !labels.empty()) {
+        row("labels", labels);
+    }
+    if (const std::string fills = fills_line(simulation); !fills.empty()) {
+        row("fill", fills);
+    }
+    if (!arguments.slice.empty()) {
+        fmt::print("{}", slice_lines(simulation, static_cast<std::size_t>(arguments.slice[0] - 'x')));
+    }
+    row("parts", parts.empty() ? "1: all cells hang together by their faces" : parts);
+    if (scene.tear_strain || std::ranges::any_of(scene.cuts, &Cut::separates)) {
+        row("may part", fmt::format("along faces, as a network from the start; {}",
+                                    scene.tear_strain ? fmt::format("beyond a strain of {:g}", *scene.tear_strain)
+                                                      : std::string("by [[cut]] alone")));
+    }
+    row("nodes", fmt::format("{}", simulation.node_count()));
+    row("springs",
+        scene.material.springs == SpringForm::means
+            ? fmt::format("{} on means: each cell has its own", simulation.describe().springs)
+            : fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)",
+                          simulation.describe().springs,
+                          simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0).total()));
+}
+
+void explain_other_cells(const Simulation& simulation) {
+    const SceneBody& body = simulation.scene().body;
+    row("cells", other_cells_line(simulation));
+    row("fit", body.shape == SceneCells::mesh ? fit_line(*simulation.other_cells())
+               : body.shape == SceneCells::tetrahedra
+                   ? std::string("none needed: these springs are isotropic, but for the pyramids that close a box "
+                                 "whose sides differ")
+                   : std::string("none needed: these springs are isotropic"));
+    row("nodes", fmt::format("{}", simulation.node_count()));
+    row("springs", fmt::format("{}", simulation.describe().springs));
+}
+
 void explain_scene(const ExplainArguments& arguments, Scene read) {
     const auto json = open_output("--json", arguments.json, {"{\"effects\":", {arguments.scene}, arguments.force});
     SimulationOptions options = arguments.plan.options();
@@ -405,7 +456,10 @@ void explain_scene(const ExplainArguments& arguments, Scene read) {
     const Simulation& simulation = timed.simulation();
     const Scene& scene = simulation.scene();
     const PlanDescription plan = simulation.describe();
-    const std::string parts = parts_line(simulation.lattice());
+    if (!arguments.slice.empty()) {
+        (void)simulation.lattice(); // which is drawn
+    }
+    const std::string parts = parts_line(simulation);
     if (!parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
     }
@@ -415,29 +469,11 @@ void explain_scene(const ExplainArguments& arguments, Scene read) {
     const std::vector<EffectCost> costs = effect_costs(simulation, options);
     print_effects(simulation, costs);
     fmt::print("body\n");
-    row("cells", fmt::format("{}", simulation.lattice().cell_count()));
-    const auto grid = simulation.lattice().cells();
-    row("grid", fmt::format("{} x {} x {} cells of {:g} m; low corner at ({:g}, {:g}, {:g})", grid[0], grid[1], grid[2],
-                            scene.body.cell_size, scene.body.origin[0], scene.body.origin[1], scene.body.origin[2]));
-    if (!scene.body.resampled.empty()) {
-        row("resampled", scene.body.resampled);
+    if (simulation.other_cells() != nullptr) {
+        explain_other_cells(simulation);
+    } else {
+        explain_cubes(arguments, simulation, parts);
     }
-    if (const std::string labels = labels_line(scene); !labels.empty()) {
-        row("labels", labels);
-    }
-    if (const std::string fills = fills_line(simulation); !fills.empty()) {
-        row("fill", fills);
-    }
-    if (!arguments.slice.empty()) {
-        fmt::print("{}", slice_lines(simulation, static_cast<std::size_t>(arguments.slice[0] - 'x')));
-    }
-    row("parts", parts.empty() ? "1: all cells hang together by their faces" : parts);
-    row("nodes", fmt::format("{}", simulation.node_count()));
-    row("springs",
-        scene.material.springs == SpringForm::means
-            ? fmt::format("{} on means: each cell has its own", plan.springs)
-            : fmt::format("{} merged ({} if neighbouring cells kept their own face diagonals)", plan.springs,
-                          simulation.lattice().unmerged_springs(scene.material.face_diagonal_ratio > 0).total()));
     row("memory", fmt::format("about {:.3g} MB in the whole run", estimated_bytes(scene.body, options) / 1e6));
     const std::vector<std::string> shared = simulation.shared_supports();
     if (const std::vector<ProbeReading> probes = simulation.probes(); !probes.empty()) {

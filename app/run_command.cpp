@@ -141,7 +141,7 @@ void write(const std::string& scene, const std::string& failure, const std::func
 /// `which`: "" for a body alone, else what begins its lines.
 void report_warnings(const RunArguments& arguments, const Simulation& simulation, const Summary& summary,
                      const std::string& which = "") {
-    if (const std::string parts = parts_line(simulation.lattice()); summary.removed_cells > 0 && !parts.empty()) {
+    if (const std::string parts = summary.removed_cells > 0 ? parts_line(simulation) : ""; !parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: {}after the cuts the body has {}\n", arguments.scene, which, parts);
     }
     if (summary.volume.min_cell_volume_ratio <= 0) {
@@ -271,7 +271,7 @@ void run_world(const RunArguments& arguments, WorldScene scene) {
             fmt::print("{:<24} {}\n", "body " + world.name(b), body_line(world.body(b), arguments.plan.options()));
             std::fflush(stdout);
         }
-        if (const std::string parts = parts_line(world.body(b).lattice()); !parts.empty()) {
+        if (const std::string parts = parts_line(world.body(b)); !parts.empty()) {
             fmt::print(stderr, "hybmss: warning: {}: body {} has {}\n", arguments.scene, world.name(b), parts);
         }
     }
@@ -315,7 +315,7 @@ void run_scene(const RunArguments& arguments) {
         fmt::print("{:<24} {}\n", "body", body_line(simulation, options));
         std::fflush(stdout); // the run may take long
     }
-    if (const std::string parts = parts_line(simulation.lattice()); !parts.empty()) {
+    if (const std::string parts = parts_line(simulation); !parts.empty()) {
         fmt::print(stderr, "hybmss: warning: {}: the body has {}\n", arguments.scene, parts);
     }
     ShownRun shown(arguments.scene);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <utility>
 
 namespace hybmss {
 namespace {
@@ -63,7 +64,32 @@ std::string price_text(const AccuracyOffer& offer) {
 
 } // namespace
 
+std::string other_cells_line(const Simulation& simulation) {
+    std::array<std::size_t, 7> counts{};
+    for (const Network::Polyhedron& cell : simulation.other_cells()->network.polyhedra) {
+        ++counts[cell.node_count()];
+    }
+    std::string line;
+    for (const auto& [nodes, name] : {std::pair{4, "tetrahedra"}, {5, "pyramids"}, {6, "prisms"}}) {
+        if (const std::size_t count = counts[static_cast<std::size_t>(nodes)]; count > 0) {
+            line += fmt::format("{}{} {}", line.empty() ? "" : ", ", count, name);
+        }
+    }
+    return line;
+}
+
+std::string fit_line(const FittedCells& fitted) {
+    return fmt::format("anisotropy {:.3g} %, error of the shear modulus {:.3g} %, misfit around nodes {:.3g} %; {} "
+                       "pairs of nodes without a spring",
+                       100 * fitted.anisotropy, 100 * fitted.modulus_error, 100 * fitted.misfit, fitted.without);
+}
+
 std::string body_line(const Simulation& simulation, const SimulationOptions& options) {
+    if (const FittedCells* const other = simulation.other_cells()) {
+        return fmt::format("{}, {} nodes, {} springs{}", other_cells_line(simulation), simulation.node_count(),
+                           simulation.describe().springs,
+                           simulation.scene().body.shape == SceneCells::mesh ? "; fitted: " + fit_line(*other) : "");
+    }
     const Lattice& lattice = simulation.lattice();
     const auto grid = lattice.cells();
     const std::size_t filled = lattice.cell_count();
@@ -78,9 +104,12 @@ std::string body_line(const Simulation& simulation, const SimulationOptions& opt
                               simulation.describe().springs, estimated_bytes(simulation.scene().body, options) / 1e6);
 }
 
-std::string parts_line(const Lattice& lattice) {
+std::string parts_line(const Simulation& simulation) {
+    if (simulation.other_cells() != nullptr) {
+        return "";
+    }
     constexpr std::size_t kShown = 5;
-    const std::vector<std::size_t> parts = cell_parts(lattice);
+    const std::vector<std::size_t> parts = cell_parts(simulation.lattice());
     if (parts.size() < 2) {
         return "";
     }
@@ -224,6 +253,10 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
     if (s.removed_cells > 0) {
         row("cut away", fmt::format("{} cells, with {:.6g} J", s.removed_cells, s.energies.removed));
     }
+    if (s.parted_faces > 0) {
+        row("parted",
+            fmt::format("{} faces between cells; energy changed by {:.3g} J", s.parted_faces, s.parting_energy));
+    }
     for (const EffectEnergy& effect : s.energies.effects) {
         row(effect.name + " (J)", fmt::format("stored {:.6g}, dissipated {:.6g}", effect.stored, effect.dissipated));
     }
@@ -252,7 +285,7 @@ std::string summary_line(const Simulation& simulation, const Summary& s) {
                                          s.method == SolverMethod::buckling ? "factors" : "modes", s.modes[0].value)
                        : still ? fmt::format("{} Newton iterations", s.work.newton_iterations)
                                : fmt::format("{} steps", s.steps),
-                       simulation.lattice().cell_count(), 100 * s.volume.relative_volume_change, s.wall_seconds);
+                       simulation.cell_count(), 100 * s.volume.relative_volume_change, s.wall_seconds);
 }
 
 std::string summary_table(const WorldSimulation& world, const WorldSummary& s) {
@@ -290,7 +323,7 @@ std::string summary_table(const WorldSimulation& world, const WorldSummary& s) {
 std::string summary_line(const WorldSimulation& world, const WorldSummary& s) {
     std::size_t cells = 0;
     for (std::size_t b = 0; b < world.body_count(); ++b) {
-        cells += world.body(b).lattice().cell_count();
+        cells += world.body(b).cell_count();
     }
     return fmt::format("{} ({} steps), {} bodies of {} cells, {:.2f} s", s.converged ? "settled" : "not settled",
                        s.steps, s.bodies.size(), cells, s.wall_seconds);

@@ -14,7 +14,11 @@ namespace hybmss {
 std::string body_line(const Simulation& simulation, const SimulationOptions& options);
 
 /// "2 parts that share no face with each other: 1200 and 3 cells"; "" for a body in one piece.
-std::string parts_line(const Lattice& lattice);
+std::string parts_line(const Simulation& simulation);
+
+/// Of a body whose cells are no cubes: "48 tetrahedra, 24 pyramids"; and how good its springs are.
+std::string other_cells_line(const Simulation& simulation);
+std::string fit_line(const FittedCells& fitted);
 
 /// "1: 1200 cells of 3000 Pa; 2: 30 cells of 9000 Pa, nu 0.4, 1100 kg/m^3", what is the scene's left out; "" for a body
 /// without labels.

@@ -57,6 +57,7 @@ void LiveBodies::make() {
         world_.emplace(std::move(world), options_);
     } else {
         alone_.emplace(scene, options_);
+        (void)alone_->lattice(); // cubes alone are drawn
     }
 }
 
@@ -88,7 +89,7 @@ void LiveBodies::step(long count, const std::function<void()>& waiting) {
 bool LiveBodies::update_surfaces() {
     std::vector<std::size_t> removed;
     for (std::size_t b = 0; b < body_count(); ++b) {
-        removed.push_back(body(b).removed_cell_count());
+        removed.push_back(body(b).removed_cell_count() + body(b).parted_face_count());
     }
     if (removed == removed_) {
         return false;

@@ -36,15 +36,20 @@ HYBMSS_EXPORT Network pyramid_lattice(const std::array<int, 3>& cells, double ed
 HYBMSS_EXPORT Network prism_lattice(const std::array<int, 3>& cells, double edge, double height,
                                     const Material& material);
 
-struct CellMesh {
+struct HYBMSS_EXPORT CellMesh {
     std::vector<std::array<double, 3>> nodes; ///< m
     std::vector<Network::Polyhedron> cells;   ///< whose kappa does nothing
+
+    bool operator==(const CellMesh& other) const;
 };
 
 /// The tetrahedra of a file, those of all its parts, and the nodes that these have: Gmsh's .msh of version 2.2 or 4.1,
 /// or VTK's legacy .vtk with an unstructured grid, both as plain text. Other cells than tetrahedra are passed over.
 /// Throws std::invalid_argument that names file and place for what cannot be read, and for a file without tetrahedra.
 HYBMSS_EXPORT CellMesh read_tetrahedra(const std::string& path);
+
+/// Likewise with pyramids and prisms; points, lines and surfaces are passed over, other solid cells refused.
+HYBMSS_EXPORT CellMesh read_cells(const std::string& path);
 
 /// A mesh with springs between all nodes of each cell, and how good they are. Springs around a node, by half of each,
 /// should have the tensor C_ijkl = G (d_ij d_kl + d_ik d_jl + d_il d_jk) of the volume around it; in general no
@@ -58,7 +63,7 @@ struct FittedCells {
 };
 
 /// `most_anisotropy`, above 0: what anisotropy and modulus error may be. What nodes do within a homogeneous strain
-/// softens the body besides: measure what matters. Tetrahedra may have either orientation. Throws
+/// softens the body besides: measure what matters. Cells may have either orientation. Throws
 /// std::invalid_argument for a mesh that is none, as the lattices do, and where the fit is worse than allowed, with its
 /// figures.
 HYBMSS_EXPORT FittedCells fit_springs(const CellMesh& mesh, const Material& material, double most_anisotropy = 0.1);

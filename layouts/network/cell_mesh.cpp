@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 #include <unordered_map>
@@ -97,16 +98,40 @@ private:
     std::size_t at_ = 0, last_ = 0;
 };
 
+/// The cells that are read, and what they are in files.
+struct CellKind {
+    CellShape shape;
+    std::size_t gmsh, vtk;
+    const char* name;
+};
+constexpr CellKind kKinds[] = {{CellShape::tetrahedron, 4, 10, "a tetrahedron"},
+                               {CellShape::pyramid, 7, 14, "a pyramid"},
+                               {CellShape::prism, 6, 13, "a prism"}};
+/// Types that are no solids, and are passed over: points, lines and surfaces, of any degree.
+constexpr std::size_t kGmshFlat[] = {1, 2, 3, 8, 9, 10, 15, 16}, kVtkFlat[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23};
+
 /// Nodes by the tags of a file.
 class TaggedMesh {
 public:
+    explicit TaggedMesh(bool only_tetrahedra) : only_tetrahedra_(only_tetrahedra) {}
+
+    /// Of a type, or none where such cells are passed over.
+    const CellKind* kind(Words& words, std::size_t type, std::size_t CellKind::*of, std::span<const std::size_t> flat) {
+        const auto* const known = std::ranges::find_if(kKinds, [&](const CellKind& k) { return k.*of == type; });
+        const bool is_known = known != std::end(kKinds);
+        if (!is_known && !only_tetrahedra_ && std::ranges::find(flat, type) == flat.end()) {
+            words.refuse("solid cells of type " + std::to_string(type) +
+                         " given: tetrahedra, pyramids and prisms with nodes at their corners are wanted");
+        }
+        return is_known && (!only_tetrahedra_ || known->shape == CellShape::tetrahedron) ? known : nullptr;
+    }
     void add_node(std::int64_t tag, const std::array<double, 3>& at) { places_[tag] = at; }
-    void add_tetrahedron(Words& words, const std::array<std::int64_t, 4>& tags) {
-        std::array<std::int32_t, 4> nodes{};
-        for (std::size_t c = 0; c < 4; ++c) {
+    void add_cell(Words& words, const CellKind& kind, std::span<const std::int64_t> tags) {
+        std::array<std::int32_t, 6> nodes{};
+        for (std::size_t c = 0; c < tags.size(); ++c) {
             const auto place = places_.find(tags[c]);
             if (place == places_.end()) {
-                words.refuse("a tetrahedron has the node " + std::to_string(tags[c]) + ", which is not there");
+                words.refuse(kind.name + (" has the node " + std::to_string(tags[c])) + ", which is not there");
             }
             const auto [number, is_new] = numbers_.try_emplace(tags[c], static_cast<std::int32_t>(mesh_.nodes.size()));
             if (is_new) {
@@ -114,16 +139,27 @@ public:
             }
             nodes[c] = number->second;
         }
-        mesh_.cells.push_back({CellShape::tetrahedron, {nodes[0], nodes[1], nodes[2], nodes[3], 0, 0}, 0});
+        mesh_.cells.push_back({kind.shape, nodes, 0});
+    }
+    /// Of Gmsh, with its tags next.
+    void read_cell(Words& words, const CellKind& kind) {
+        std::array<std::int64_t, 6> tags{};
+        const auto used = std::span(tags).first(static_cast<std::size_t>(kind.shape));
+        for (std::int64_t& tag : used) {
+            tag = words.tag();
+        }
+        add_cell(words, kind, used);
     }
     CellMesh take(const Words& words) && {
         if (mesh_.cells.empty()) {
-            words.refuse("no tetrahedra given: some are wanted");
+            words.refuse(only_tetrahedra_ ? "no tetrahedra given: some are wanted"
+                                          : "no tetrahedra, pyramids or prisms given: some are wanted");
         }
         return std::move(mesh_);
     }
 
 private:
+    bool only_tetrahedra_;
     std::unordered_map<std::int64_t, std::array<double, 3>> places_;
     std::unordered_map<std::int64_t, std::int32_t> numbers_;
     CellMesh mesh_;
@@ -134,7 +170,6 @@ std::array<double, 3> position(Words& words) {
     return {x, y, z};
 }
 
-constexpr std::size_t kGmshTetrahedron = 4, kVtkTetrahedron = 10;
 /// Nodes of Gmsh's cells by their type, from 1 on.
 constexpr std::size_t kGmshNodes[] = {0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13};
 
@@ -160,15 +195,11 @@ void read_gmsh2(Words& words, TaggedMesh& mesh) {
         words.next();
         const std::size_t type = words.count(), tags = words.count(), nodes = gmsh_nodes(words, type);
         words.skip_words(tags);
-        if (type != kGmshTetrahedron) {
+        if (const CellKind* const kind = mesh.kind(words, type, &CellKind::gmsh, kGmshFlat)) {
+            mesh.read_cell(words, *kind);
+        } else {
             words.skip_words(nodes);
-            continue;
         }
-        std::array<std::int64_t, 4> corners{};
-        for (std::int64_t& corner : corners) {
-            corner = words.tag();
-        }
-        mesh.add_tetrahedron(words, corners);
     }
 }
 
@@ -202,26 +233,21 @@ void read_gmsh4(Words& words, TaggedMesh& mesh) {
         const std::size_t type = words.count(), count = words.count(), nodes = gmsh_nodes(words, type);
         for (std::size_t e = 0; e < count; ++e) {
             words.next();
-            if (type != kGmshTetrahedron) {
+            if (const CellKind* const kind = mesh.kind(words, type, &CellKind::gmsh, kGmshFlat)) {
+                mesh.read_cell(words, *kind);
+            } else {
                 words.skip_words(nodes);
-                continue;
             }
-            std::array<std::int64_t, 4> corners{};
-            for (std::int64_t& corner : corners) {
-                corner = words.tag();
-            }
-            mesh.add_tetrahedron(words, corners);
         }
     }
 }
 
-CellMesh read_gmsh(Words& words) {
+CellMesh read_gmsh(Words& words, TaggedMesh mesh) {
     words.next();
     const std::string version(words.next());
     if (words.next() != "0") {
         words.refuse("a binary file given: plain text is wanted");
     }
-    TaggedMesh mesh;
     if (version == "2.2") {
         read_gmsh2(words, mesh);
     } else if (version == "4.1") {
@@ -232,7 +258,7 @@ CellMesh read_gmsh(Words& words) {
     return std::move(mesh).take(words);
 }
 
-CellMesh read_vtk(Words& words) {
+CellMesh read_vtk(Words& words, TaggedMesh mesh) {
     words.skip_line();
     words.next();
     words.skip_line(); // the title
@@ -242,7 +268,6 @@ CellMesh read_vtk(Words& words) {
     if (words.next() != "DATASET" || words.next() != "UNSTRUCTURED_GRID") {
         words.refuse("another dataset than UNSTRUCTURED_GRID given");
     }
-    TaggedMesh mesh;
     if (!words.find("POINTS")) {
         words.refuse("no POINTS given");
     }
@@ -266,11 +291,11 @@ CellMesh read_vtk(Words& words) {
         words.refuse("CELL_TYPES of " + std::to_string(cells) + " cells wanted");
     }
     for (const std::vector<std::int64_t>& cell : all) {
-        if (words.count() == kVtkTetrahedron) {
-            if (cell.size() != 4) {
-                words.refuse("a tetrahedron of " + std::to_string(cell.size()) + " nodes given");
+        if (const CellKind* const kind = mesh.kind(words, words.count(), &CellKind::vtk, kVtkFlat)) {
+            if (cell.size() != static_cast<std::size_t>(kind->shape)) {
+                words.refuse(kind->name + (" of " + std::to_string(cell.size())) + " nodes given");
             }
-            mesh.add_tetrahedron(words, {cell[0], cell[1], cell[2], cell[3]});
+            mesh.add_cell(words, *kind, cell);
         }
     }
     return std::move(mesh).take(words);
@@ -374,21 +399,43 @@ std::string read(const std::string& path) {
     }
 }
 
-} // namespace
-
-CellMesh read_tetrahedra(const std::string& path) {
+CellMesh read_mesh(const std::string& path, bool only_tetrahedra) {
     const std::string text = read(path);
     Words words(path, text);
     const std::string_view first = words.next();
     if (first == "$MeshFormat") {
         Words again(path, text);
-        return read_gmsh(again);
+        return read_gmsh(again, TaggedMesh(only_tetrahedra));
     }
     if (first == "#") {
-        return read_vtk(words);
+        return read_vtk(words, TaggedMesh(only_tetrahedra));
     }
     words.refuse(given(first, " where a file begins: Gmsh's .msh ($MeshFormat) or VTK's legacy .vtk (# vtk) "
                               "is wanted"));
+}
+
+/// The mirror image of a cell's numbers.
+void turn_over(Network::Polyhedron& cell) {
+    std::swap(cell.nodes[1], cell.nodes[cell.shape == CellShape::pyramid ? 3 : 2]);
+    if (cell.shape == CellShape::prism) {
+        std::swap(cell.nodes[4], cell.nodes[5]);
+    }
+}
+
+} // namespace
+
+bool CellMesh::operator==(const CellMesh& other) const {
+    return nodes == other.nodes && std::ranges::equal(cells, other.cells, [](const auto& a, const auto& b) {
+               return a.shape == b.shape && a.nodes == b.nodes && a.kappa == b.kappa;
+           });
+}
+
+CellMesh read_tetrahedra(const std::string& path) {
+    return read_mesh(path, true);
+}
+
+CellMesh read_cells(const std::string& path) {
+    return read_mesh(path, false);
 }
 
 FittedCells fit_springs(const CellMesh& mesh, const Material& material, double most_anisotropy) {
@@ -413,11 +460,9 @@ FittedCells fit_springs(const CellMesh& mesh, const Material& material, double m
         const bool nodes_are_there = std::all_of(cell.nodes.begin(), cell.nodes.end(), [&](auto n) {
             return n >= 0 && static_cast<std::size_t>(n) < mesh.nodes.size();
         });
-        if (cell.shape == CellShape::tetrahedron) {
-            network.nodal_volumes = true;
-            if (nodes_are_there && polyhedron_vectors(network, cell).volume < 0) {
-                std::swap(cell.nodes[1], cell.nodes[2]);
-            }
+        network.nodal_volumes = network.nodal_volumes || cell.shape == CellShape::tetrahedron;
+        if (nodes_are_there && polyhedron_vectors(network, cell).volume < 0) {
+            turn_over(cell);
         }
         network.polyhedra.push_back(cell);
     }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -117,7 +116,20 @@ SeparatedNetwork separate(const Lattice& lattice, const Material& material, std:
     const SpringConstants constants = spring_constants(material, h);
     const double shares[4] = {0, constants.edge / 4, constants.face_diagonal / 2, constants.cube_diagonal};
     const bool on_means = material.springs == SpringForm::means;
-    std::map<std::pair<std::int32_t, std::int32_t>, std::size_t> known;
+    // Springs by their first node: each but the last of a node names the one before it.
+    constexpr std::uint32_t kNone = 0xffffffff;
+    std::vector<std::uint32_t> last(firsts.size(), kNone), before;
+    const auto spring_of = [&](std::int32_t a, std::int32_t b) {
+        std::uint32_t& begin = last[static_cast<std::size_t>(a)];
+        for (std::uint32_t s = begin; s != kNone; s = before[s]) {
+            if (network.springs[s].b == b) {
+                return s;
+            }
+        }
+        before.push_back(begin);
+        begin = static_cast<std::uint32_t>(network.springs.size());
+        return kNone;
+    };
     for (std::uint32_t c = 0; c < grid.size(); ++c) {
         std::array<std::int32_t, 8> nodes{};
         for (std::uint32_t corner = 0; corner < 8; ++corner) {
@@ -148,8 +160,8 @@ SeparatedNetwork separate(const Lattice& lattice, const Material& material, std:
                     continue;
                 }
                 const auto [first, second] = std::minmax(nodes[a], nodes[b]);
-                const auto [at, is_new] = known.try_emplace({first, second}, network.springs.size());
-                if (is_new) {
+                const std::uint32_t known = spring_of(first, second);
+                if (known == kNone) {
                     const double edge = first == nodes[a] ? h : -h;
                     std::array<double, 3> rest{};
                     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -157,7 +169,7 @@ SeparatedNetwork separate(const Lattice& lattice, const Material& material, std:
                     }
                     network.springs.push_back({first, second, 0, rest});
                 }
-                network.springs[at->second].stiffness += share;
+                (known == kNone ? network.springs.back() : network.springs[known]).stiffness += share;
             }
         }
     }

@@ -3,6 +3,7 @@
 #include "layouts/messages.hpp"
 #include "simulation/accuracy/mesh_convergence.hpp"
 #include "simulation/run/memory.hpp"
+#include "simulation/scene/other_cells.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,6 +36,7 @@ Accuracy kernel_for(double tolerance, Precision precision) {
 }
 
 void check(const Scene& scene) {
+    require_cubes(scene, "solver.accuracy");
     if (!scene.solver.accuracy || scene.solver.method != SolverMethod::static_equilibrium) {
         throw scene_error(scene, "solver.accuracy", "it must be given, with method = \"static\"");
     }

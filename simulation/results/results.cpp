@@ -3,6 +3,7 @@
 #include "layouts/messages.hpp"
 #include "simulation/geometry/cells.hpp"
 #include "simulation/results/vtu_file.hpp"
+#include "simulation/scene/other_cells.hpp"
 #include "simulation/scene/scene_body.hpp"
 
 #include <fcntl.h>
@@ -265,7 +266,8 @@ OwnedDirectory::~OwnedDirectory() {
 
 Results::Results(std::filesystem::path directory, const Simulation& simulation, const std::string& before)
     : owned_(std::move(directory)), directory_(owned_.path()), simulation_(simulation), cells_(simulation.cell_nodes()),
-      cut_cells_(simulation.removed_cell_count()), probes_(directory_ / "probes.csv") {
+      cut_cells_(simulation.removed_cell_count()), parted_faces_(simulation.parted_face_count()),
+      probes_(directory_ / "probes.csv") {
     for (const char* name : {"summary.json", "body.pvd", "skin.pvd", "probes.csv"}) {
         remove_file(directory_ / name);
     }
@@ -326,20 +328,20 @@ void Results::record() {
                                        ? simulation_.contact_forces()
                                        : std::vector<Vector3>();
     require_finite(contact, "contact");
-    if (cut_cells_ != simulation_.removed_cell_count()) {
+    if (cut_cells_ != simulation_.removed_cell_count() || parted_faces_ != simulation_.parted_face_count()) {
         cells_ = simulation_.cell_nodes();
         cut_cells_ = simulation_.removed_cell_count();
+        parted_faces_ = simulation_.parted_face_count();
     }
-    std::vector<double> ratios;
-    ratios.reserve(cells_.size());
-    for (const auto& cell : cells_) {
-        ratios.push_back(1 + volume_ratio_minus_one(u, cell, simulation_.lattice().cell_size()));
-    }
+    const std::vector<double> ratios = ratios_of(u);
     const std::string name = frame_name(frames_.size());
-    const Lattice& lattice = simulation_.lattice();
-    const std::vector<std::uint8_t> labels =
-        values_of_cells(lattice, std::span<const std::uint8_t>(simulation_.scene().body.labels));
-    const std::vector<float> fills = values_of_cells(lattice, lattice.fills());
+    std::vector<std::uint8_t> labels;
+    std::vector<float> fills;
+    if (simulation_.other_cells() == nullptr) {
+        const Lattice& lattice = simulation_.lattice();
+        labels = values_of_cells(lattice, std::span<const std::uint8_t>(simulation_.scene().body.labels));
+        fills = values_of_cells(lattice, lattice.fills());
+    }
     const std::span<const Vector3> rest = simulation_.rest_positions();
     std::vector<Vector3> points(rest.begin(), rest.end());
     for (std::size_t n = 0; n < points.size(); ++n) {
@@ -359,7 +361,7 @@ void Results::record() {
         stress = vtu_stress(simulation_.cell_stresses(), cells, points.size());
     }
     write_vtu(directory_ / name, {points, cells, u, v, ratios, labels, fills, obstacles, mass, reaction, contact,
-                                  wanted.stress ? &stress : nullptr});
+                                  wanted.stress ? &stress : nullptr, polyhedra()});
     if (wanted.skin != SkinFile::none) {
         write_skin(simulation_.displacements());
     }
@@ -381,6 +383,24 @@ void Results::record() {
     row += "\n";
     probes_.stream() << row;
     rows_ += row;
+}
+
+std::vector<double> Results::ratios_of(std::span<const Vector3> displacements) const {
+    if (const FittedCells* const other = simulation_.other_cells()) {
+        return volume_ratios(other->network.polyhedra, simulation_.rest_positions(), displacements);
+    }
+    std::vector<double> ratios;
+    ratios.reserve(cells_.size());
+    for (const auto& cell : cells_) {
+        ratios.push_back(1 + volume_ratio_minus_one(displacements, cell, simulation_.lattice().cell_size()));
+    }
+    return ratios;
+}
+
+std::span<const Network::Polyhedron> Results::polyhedra() const {
+    const FittedCells* const other = simulation_.other_cells();
+    return other ? std::span<const Network::Polyhedron>(other->network.polyhedra)
+                 : std::span<const Network::Polyhedron>();
 }
 
 void Results::write_skin(std::span<const Vector3> displacements) {
@@ -421,11 +441,9 @@ void Results::write_modes(const Summary& summary) {
                 points[n][a] += moved[n][a];
             }
         }
-        std::vector<double> ratios;
-        for (const auto& cell : cells_) {
-            ratios.push_back(1 + volume_ratio_minus_one(moved, cell, simulation_.lattice().cell_size()));
-        }
-        write_vtu(directory_ / mode_name(m), {points, cells_, shape, velocities, ratios, {}});
+        const std::vector<double> ratios = ratios_of(moved);
+        write_vtu(directory_ / mode_name(m),
+                  {points, cells_, shape, velocities, ratios, {}, {}, {}, {}, {}, {}, nullptr, polyhedra()});
     }
 }
 

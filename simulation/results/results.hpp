@@ -72,13 +72,17 @@ public:
 
 private:
     void write_modes(const Summary& summary);
+    /// V'/V0 of the cells.
+    std::vector<double> ratios_of(std::span<const std::array<double, 3>> displacements) const;
+    /// Of a body whose cells are no cubes; else none.
+    std::span<const Network::Polyhedron> polyhedra() const;
     void write_skin(std::span<const std::array<double, 3>> displacements);
 
     OwnedDirectory owned_;
     std::filesystem::path directory_;
     const Simulation& simulation_;
-    std::vector<std::array<std::uint32_t, 8>> cells_; ///< those present at cut_cells_
-    std::size_t cut_cells_;
+    std::vector<std::array<std::uint32_t, 8>> cells_; ///< those present at cut_cells_ and parted_faces_
+    std::size_t cut_cells_, parted_faces_;
     std::vector<PvdFrame> frames_;
     AtomicFile probes_;
     std::string rows_; ///< of probes.csv

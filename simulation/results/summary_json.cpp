@@ -114,6 +114,12 @@ std::string summary_json(const Summary& summary) {
                           {"where", summary.stress->where},
                           {"mean", summary.stress->mean_cauchy}};
     }
+    if (summary.fit) {
+        json["fit"] = {{"misfit", summary.fit->misfit},
+                       {"anisotropy", summary.fit->anisotropy},
+                       {"modulus_error", summary.fit->modulus_error},
+                       {"without_spring", summary.fit->without}};
+    }
     if (!summary.modes.empty()) {
         const bool buckling = summary.method == SolverMethod::buckling;
         json[buckling ? "buckling" : "modes"] = Json::array();
@@ -159,6 +165,10 @@ std::string summary_json(const Summary& summary) {
                                     {"nodes", support.nodes}});
     }
     json["removed_cells"] = summary.removed_cells;
+    if (summary.parted_faces > 0) {
+        json["parted_faces"] = summary.parted_faces;
+        json["parting_energy"] = summary.parting_energy;
+    }
     json["warnings"] = summary.warnings;
     json["steps"] = summary.steps;
     json["iterations"] = summary.work.newton_iterations;

@@ -19,6 +19,22 @@ constexpr const char* kByteOrder = std::endian::native == std::endian::little ? 
 constexpr std::size_t kVtkCorners[8] = {0, 1, 3, 2, 4, 5, 7, 6};
 constexpr std::uint8_t kHexahedron = 12;
 
+/// A prism's first triangle is seen from outside there.
+struct VtuPolyhedron {
+    std::uint8_t type;
+    std::array<std::size_t, 6> corners;
+};
+VtuPolyhedron vtu_polyhedron(CellShape shape) {
+    switch (shape) {
+    case CellShape::tetrahedron:
+        return {10, {0, 1, 2, 3}};
+    case CellShape::pyramid:
+        return {14, {0, 1, 2, 3, 4}};
+    default:
+        return {13, {0, 2, 1, 3, 5, 4}};
+    }
+}
+
 /// Appended data: each array is its size in bytes (64 bits), then its values.
 class AppendedData {
 public:
@@ -89,7 +105,15 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
         }
         offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
     }
-    const std::vector<std::uint8_t> types(grid.cells.size(), kHexahedron);
+    std::vector<std::uint8_t> types(grid.cells.size(), kHexahedron);
+    for (const Network::Polyhedron& cell : grid.polyhedra) {
+        const VtuPolyhedron written = vtu_polyhedron(cell.shape);
+        for (std::size_t c = 0; c < cell.node_count(); ++c) {
+            connectivity.push_back(cell.nodes[written.corners[c]]);
+        }
+        offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+        types.push_back(written.type);
+    }
 
     AppendedData appended;
     std::ostringstream header;
@@ -102,7 +126,7 @@ void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) {
                      "NumberOfTuples=\"" + std::to_string(grid.obstacles.size()) + "\" ");
         header << "</FieldData>\n";
     }
-    header << "<Piece NumberOfPoints=\"" << grid.points.size() << "\" NumberOfCells=\"" << grid.cells.size()
+    header << "<Piece NumberOfPoints=\"" << grid.points.size() << "\" NumberOfCells=\"" << types.size()
            << "\">\n<PointData Vectors=\"displacement\">\n";
     appended.add(header, "Float64", "displacement", 3, grid.displacement);
     appended.add(header, "Float64", "velocity", 3, grid.velocity);
@@ -155,6 +179,11 @@ VtuShape parse_vtu(std::string_view text) {
     VtuShape shape;
     shape.points = read_array<Vector3>(header, data, "Points");
     shape.obstacles = read_array<VtuObstacle>(header, data, "obstacles");
+    for (const std::uint8_t type : read_array<std::uint8_t>(header, data, "types")) {
+        if (type != kHexahedron) {
+            throw std::invalid_argument(printed("it has cells of type %d: hexahedra alone are drawn", type));
+        }
+    }
     for (const auto& corners : read_array<std::array<std::int32_t, 8>>(header, data, "connectivity")) {
         std::array<std::uint32_t, 8>& cell = shape.cells.emplace_back();
         for (std::size_t c = 0; c < 8; ++c) {

@@ -1,7 +1,9 @@
 #pragma once
 
 /// \file
-/// VTK's XML formats: unstructured grids of hexahedra with nodal vectors and values of the cells, and triangles.
+/// VTK's XML formats: unstructured grids of solid cells with nodal vectors and values of the cells, and triangles.
+
+#include "hybmss/network.hpp"
 
 #include <array>
 #include <cstdint>
@@ -36,16 +38,17 @@ struct VtuStress {
 struct VtuGrid {
     std::span<const Vector3> points; ///< deformed positions, m
     std::span<const std::array<std::uint32_t, 8>> cells;
-    std::span<const Vector3> displacement;       ///< m, one a point
-    std::span<const Vector3> velocity;           ///< m/s, one a point
-    std::span<const double> volume_ratio;        ///< one a cell
-    std::span<const std::uint8_t> label;         ///< one a cell, or none
-    std::span<const float> fraction = {};        ///< one a cell, or none
-    std::span<const VtuObstacle> obstacles = {}; ///< as the field array "obstacles": the 16 numbers of each
-    std::span<const double> mass = {};           ///< kg, one a point, or none
-    std::span<const Vector3> reaction = {};      ///< N, one a point, or none
-    std::span<const Vector3> contact = {};       ///< likewise
-    const VtuStress* stress = nullptr;           ///< or none
+    std::span<const Vector3> displacement;               ///< m, one a point
+    std::span<const Vector3> velocity;                   ///< m/s, one a point
+    std::span<const double> volume_ratio;                ///< one a cell
+    std::span<const std::uint8_t> label;                 ///< one a cell, or none
+    std::span<const float> fraction = {};                ///< one a cell, or none
+    std::span<const VtuObstacle> obstacles = {};         ///< as the field array "obstacles": the 16 numbers of each
+    std::span<const double> mass = {};                   ///< kg, one a point, or none
+    std::span<const Vector3> reaction = {};              ///< N, one a point, or none
+    std::span<const Vector3> contact = {};               ///< likewise
+    const VtuStress* stress = nullptr;                   ///< or none
+    std::span<const Network::Polyhedron> polyhedra = {}; ///< behind the cells
 };
 
 /// How every such file begins.
@@ -60,7 +63,8 @@ struct VtuShape {
     std::vector<std::array<std::uint32_t, 8>> cells;
     std::vector<VtuObstacle> obstacles;
 };
-/// The text of a file by write_vtu(). Throws std::invalid_argument that says why it is none.
+/// The text of a file by write_vtu(). Throws std::invalid_argument that says why it is none, and for other cells than
+/// hexahedra.
 VtuShape parse_vtu(std::string_view text);
 
 /// Likewise of triangles; one normal a point.

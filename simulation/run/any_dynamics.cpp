@@ -51,6 +51,10 @@ ImplicitDynamics<T>::ImplicitDynamics(const Lattice& lattice, const Material& ma
       velocity_(displacement_.size(), T(0)) {}
 
 template <class T>
+ImplicitDynamics<T>::ImplicitDynamics(const Network& network, const PlanOptions& options)
+    : solver_(network, options), displacement_(3 * solver_.node_count(), T(0)), velocity_(displacement_.size(), T(0)) {}
+
+template <class T>
 EquilibriumResult ImplicitDynamics<T>::step(const Loading& loading, double time_step, double mass_damping,
                                             const EquilibriumOptions& options) {
     Field displacement = displacement_, velocity = velocity_;
@@ -114,15 +118,26 @@ void ImplicitDynamics<T>::copy(VectorField<const T> from, VectorField<T> to) {
 template class ImplicitDynamics<float>;
 template class ImplicitDynamics<double>;
 
+namespace {
+
+template <class... BodyAndOptions>
+AnyDynamics made(SolverMethod method, Precision precision, const BodyAndOptions&... of) {
+    const bool single = precision == Precision::float32;
+    if (explicit_in_time(method)) {
+        return single ? AnyDynamics(ExplicitDynamics<float>(of...)) : AnyDynamics(ExplicitDynamics<double>(of...));
+    }
+    return single ? AnyDynamics(ImplicitDynamics<float>(of...)) : AnyDynamics(ImplicitDynamics<double>(of...));
+}
+
+} // namespace
+
 AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
                           const SimulationOptions& options) {
-    const bool single = options.precision == Precision::float32;
-    if (explicit_in_time(method)) {
-        return single ? AnyDynamics(ExplicitDynamics<float>(lattice, material, options.plan))
-                      : AnyDynamics(ExplicitDynamics<double>(lattice, material, options.plan));
-    }
-    return single ? AnyDynamics(ImplicitDynamics<float>(lattice, material, options.plan))
-                  : AnyDynamics(ImplicitDynamics<double>(lattice, material, options.plan));
+    return made(method, options.precision, lattice, material, options.plan);
+}
+
+AnyDynamics make_dynamics(const Network& network, SolverMethod method, const SimulationOptions& options) {
+    return made(method, options.precision, network, options.plan);
 }
 
 std::vector<Vector3> displacements_of(const AnyDynamics& dynamics) {

@@ -24,6 +24,7 @@ public:
     using Scalar = T;
 
     ImplicitDynamics(const Lattice& lattice, const Material& material, const PlanOptions& options);
+    ImplicitDynamics(const Network& network, const PlanOptions& options);
 
     std::size_t node_count() const { return solver_.node_count(); }
 
@@ -96,6 +97,7 @@ using AnyDynamics =
 /// Explicit or implicit, as the method asks for.
 AnyDynamics make_dynamics(const Lattice& lattice, const Material& material, SolverMethod method,
                           const SimulationOptions& options);
+AnyDynamics make_dynamics(const Network& network, SolverMethod method, const SimulationOptions& options);
 
 /// One vector a node: displacements (m), velocities (m/s), forces (N) of the body itself and of effects.
 std::vector<Vector3> displacements_of(const AnyDynamics& dynamics);

@@ -628,13 +628,14 @@ double stiffening_by_actuation(const Scene& scene) {
     return greatest;
 }
 
-std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest) {
-    if (scene.loads.empty()) {
-        return {};
-    }
-    std::vector<double> cells_at(rest.size(), 0.0);
+namespace {
+
+/// How many cells touch a node, by their fills.
+std::vector<double> cells_at_nodes(const Lattice& lattice, std::span<const std::array<std::uint32_t, 8>> all,
+                                   std::size_t nodes) {
+    std::vector<double> cells_at(nodes, 0.0);
     std::size_t cell = 0;
-    for (const auto& corners : cell_corners(lattice)) {
+    for (const auto& corners : all) {
         while (!(lattice.cell_scales()[cell] > 0)) {
             ++cell;
         }
@@ -643,6 +644,19 @@ std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice
         }
         ++cell;
     }
+    return cells_at;
+}
+
+} // namespace
+
+std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest,
+                                      const Network* network, std::span<const std::array<std::uint32_t, 8>> corners) {
+    if (scene.loads.empty()) {
+        return {};
+    }
+    const std::vector<double> cells_at = !corners.empty() ? cells_at_nodes(lattice, corners, rest.size())
+                                         : network        ? network->masses
+                                                          : cells_at_nodes(lattice, cell_corners(lattice), rest.size());
     std::vector<LoadedNodes> all(scene.loads.size());
     for (std::size_t l = 0; l < all.size(); ++l) {
         const LoadKind kind = scene.loads[l].kind;

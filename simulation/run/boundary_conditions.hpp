@@ -125,8 +125,11 @@ struct LoadedNodes {
     std::array<Vector3, 3> inverse_inertia = {};
 };
 
-/// Of every [[load]]. Throws SceneError where a region is empty.
-std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest);
+/// Of every [[load]]. Throws SceneError where a region is empty. `network`: of a body that is one; its nodes have
+/// shares by their masses, or by the lattice's cells where these are at `corners`.
+std::vector<LoadedNodes> loaded_nodes(const Scene& scene, const Lattice& lattice, std::span<const Vector3> rest,
+                                      const Network* network = nullptr,
+                                      std::span<const std::array<std::uint32_t, 8>> corners = {});
 
 /// The faces that [[pressure]]s press: one that several do as often.
 struct PressedFaces {

@@ -187,6 +187,14 @@ std::uint64_t Simulation::Implementation::scene_digest() const {
     digest.add(std::span<const float>(scales));
     const double numbers[] = {lattice.cell_size(), time_step, scene.solver.duration};
     digest.add(std::span<const double>(numbers));
+    if (other) {
+        for (const Vector3& x : other->network.rest_positions) {
+            digest.add(std::span<const double>(x));
+        }
+        for (const Network::Spring& spring : other->network.springs) {
+            digest.add(std::span(&spring.stiffness, 1));
+        }
+    }
     return digest.value();
 }
 
@@ -220,6 +228,14 @@ void Simulation::write_checkpoint(const std::string& path, const std::string& at
     std::visit([&](const auto& d) { sections.put("state", d.exact_state()); }, body.dynamics);
     sections.put("effects", effect_memory_of(body.dynamics));
     sections.put("meter", body.meter ? body.meter->memory() : std::vector<double>());
+    if (body.parted) {
+        std::vector<std::uint32_t> faces;
+        for (const auto& face : body.parted->faces) {
+            faces.insert(faces.end(), face.begin(), face.end());
+        }
+        sections.put("parted", faces);
+        sections.put("parting_energy", std::span(&body.parted->energy, 1));
+    }
     sections.put("attached", attached);
     write_checkpoint_file(path, sections);
 }
@@ -258,6 +274,17 @@ Simulation Simulation::restarted(Scene scene, const SimulationOptions& options, 
         body.work.cg_iterations = run[4];
         body.work.preconditioner = sections.text("preconditioner");
         body.cut_again(removed_cells(sections, body.lattice.cell_scales().size()));
+        if (body.parted) {
+            const auto cells = sections.values<std::uint32_t>("parted");
+            std::vector<std::array<std::uint32_t, 2>> faces(cells.size() / 2);
+            for (std::size_t f = 0; f < faces.size(); ++f) {
+                faces[f] = {cells[2 * f], cells[2 * f + 1]};
+            }
+            if (!faces.empty()) {
+                body.part(std::move(faces), same);
+            }
+            body.parted->energy = sections.values<double>("parting_energy", 1)[0];
+        }
         body.removed_energy = sections.values<double>("removed_energy", 1)[0];
         body.schedule.set_done(bites_done(sections, body.schedule.done().size()));
         body.prescribe();

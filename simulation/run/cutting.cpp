@@ -319,6 +319,10 @@ void Simulation::Implementation::cut_now() {
         return;
     }
     const std::vector<std::size_t> due = schedule.take(steps);
+    if (parted) {
+        part_more(faces_in_tools(due));
+        return;
+    }
     list_cells();
     const std::vector<Vector3> u = displacements_of(dynamics);
     std::vector<std::uint32_t> inside;
@@ -340,6 +344,10 @@ void Simulation::Implementation::cut_now() {
 
 std::size_t Simulation::remove_cells(std::span<const std::uint32_t> cells) {
     Implementation& body = *implementation_;
+    (void)lattice(); // which only cubes have
+    if (body.parted) {
+        throw std::invalid_argument("cells of a body that may part cannot be removed: it is a network");
+    }
     if (!explicit_in_time(body.scene.solver.method)) {
         throw std::invalid_argument(
             "cells are cut only while a body moves by symplectic-euler or leapfrog, not with method = \"" +
@@ -361,6 +369,12 @@ std::span<const Vector3> Simulation::rest_positions() const {
 }
 
 std::vector<std::array<std::uint32_t, 8>> Simulation::Implementation::cell_nodes() const {
+    if (other) {
+        return {};
+    }
+    if (parted) {
+        return parted->body.corners;
+    }
     if (cells.empty()) {
         return cell_corners(lattice);
     }

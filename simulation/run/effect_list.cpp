@@ -22,8 +22,18 @@ bool on_means(const Scene& scene) {
 SpringCounts springs_of(const Simulation& s) {
     return springs_of(s.lattice(), s.scene().material);
 }
+/// Springs of cells that are no cubes are of one kind.
+bool of_cubes(const Scene& scene) {
+    return scene.body.shape == SceneCells::cubes;
+}
 std::string edges(const Simulation& s) {
+    if (!of_cubes(s.scene())) {
+        return printed("%zu: every cell has springs between its nodes", s.describe().springs);
+    }
     return printed("%zu: every cell has them", springs_of(s).edges);
+}
+std::string no_cubes(const Scene&) {
+    return "the cells are no cubes";
 }
 std::string cube_diagonals(const Simulation& s) {
     return printed("%zu: every cell has them", springs_of(s).cube_diagonals);
@@ -49,7 +59,7 @@ bool has_volume_force(const Scene& scene) {
 
 std::string volume_force(const Simulation& s) {
     const Material& material = s.scene().material;
-    if (has_own_volumes(s.lattice(), material)) {
+    if (of_cubes(s.scene()) && has_own_volumes(s.lattice(), material)) {
         return printed("%s, cell by cell", material.volume_energy == VolumeEnergy::automatic
                                                ? "quadratic energy (poisson_ratio >= 0.25) and mean stretch (below)"
                                            : material.volume_energy == VolumeEnergy::quadratic
@@ -121,9 +131,13 @@ std::string contact(const Simulation& s) {
     const std::vector<SceneObstacle>& obstacles = s.scene().obstacles;
     const auto rough =
         std::count_if(obstacles.begin(), obstacles.end(), [](const SceneObstacle& o) { return o.friction > 0; });
-    std::string text = printed("%zu surface nodes with %zu [[obstacle]], %td with friction",
-                               surface_nodes(s.lattice()).size(), obstacles.size(), rough);
-    const double dt = lattice_frequencies(s.lattice(), s.scene().material).critical_time_step();
+    const FittedCells* const other = s.other_cells();
+    std::string text =
+        printed("%zu surface nodes with %zu [[obstacle]], %td with friction",
+                (other ? surface_nodes(other->network) : surface_nodes(s.lattice())).size(), obstacles.size(), rough);
+    const FrequencyBounds bounds =
+        other ? network_frequencies(other->network) : lattice_frequencies(s.lattice(), s.scene().material);
+    const double dt = bounds.critical_time_step();
     text += printed("; stiffness %.3g Pa/m where none is given, taken implicitly, so that it damps",
                     default_contact_stiffness(dt) * s.scene().material.density * s.scene().body.cell_size / 2);
     if (rough > 0) {
@@ -178,11 +192,12 @@ void add_ground(Scene& scene) {
 constexpr EffectRule kEffects[] = {
     {"edge springs", "every body", "part of the sweep over the cells", "", "3 numbers a node", true, always, edges,
      never_absent, nullptr, nullptr},
-    {"cube diagonals", "every body", "part of the sweep", "", "1 number a node", true, always, cube_diagonals,
-     never_absent, nullptr, nullptr},
+    {"cube diagonals", "every body of cubes", "part of the sweep", "", "1 number a node", true, of_cubes,
+     cube_diagonals, no_cubes, nullptr, nullptr},
     {"face diagonals", "`material.face_diagonal_ratio` > 0, the default", "a variant of the sweep", "",
-     "3 numbers a node", true, [](const Scene& s) { return s.material.face_diagonal_ratio > 0; }, face_diagonals,
-     [](const Scene&) { return std::string("face_diagonal_ratio = 0 (HybMSS-FD)"); },
+     "3 numbers a node", true, [](const Scene& s) { return s.material.face_diagonal_ratio > 0 && of_cubes(s); },
+     face_diagonals,
+     [](const Scene& s) { return of_cubes(s) ? std::string("face_diagonal_ratio = 0 (HybMSS-FD)") : no_cubes(s); },
      [](Scene& s) { s.material.face_diagonal_ratio = 1; }, [](Scene& s) { s.material.face_diagonal_ratio = 0; }},
     {"springs on means", "`material.springs = \"means\"`", "a sweep of its own", "",
      "1 number a node in place of those of all springs", true, on_means, patterns,

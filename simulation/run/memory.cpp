@@ -73,6 +73,12 @@ LatticeExtent labelled_extent(const SceneBody& body) {
 } // namespace
 
 double estimated_bytes(const SceneBody& body, const SimulationOptions& options) {
+    if (body.shape != SceneCells::cubes) {
+        // While a network is made: its cells, springs and nodes, and those found by their ends; of a fit more a spring.
+        constexpr double kOfAMesh = 1500, kOfACube = 4500;
+        return body.shape == SceneCells::mesh ? kOfAMesh * static_cast<double>(body.cell_mesh.cells.size())
+                                              : kOfACube * full_extent(body).cells;
+    }
     const LatticeExtent extent = body.labels.empty() ? full_extent(body) : labelled_extent(body);
     // The grid: a label and a scale a cell, the number of a node while the body's are counted.
     double bytes = 9 * extent.grid_nodes;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace hybmss {
 namespace {
@@ -170,6 +171,10 @@ Energies Simulation::Implementation::energies() const {
 }
 
 double Simulation::Implementation::body_volume() const {
+    if (other) {
+        return std::accumulate(other->network.masses.begin(), other->network.masses.end(), 0.0) /
+               scene.material.density;
+    }
     const double h = lattice.cell_size();
     // Of a body that was cut away to nothing, one cell's: it divides.
     return static_cast<double>(std::max<std::size_t>(lattice.cell_count(), 1)) * h * h * h;
@@ -331,7 +336,7 @@ std::string Simulation::Implementation::coarseness() const {
     // Not where an accuracy was asked for, whose error is told by other meshes; nor of a body that nothing holds: what
     // bends it is its own waves after an impact, and nothing is read of those.
     constexpr double kMuch = 0.1;
-    if (scene.solver.accuracy || (scene.fixes.empty() && scene.moves.empty())) {
+    if (other || scene.solver.accuracy || (scene.fixes.empty() && scene.moves.empty())) {
         return "";
     }
     const double epsilon = options.precision == Precision::float32 ? 0x1p-23 : 0x1p-52;

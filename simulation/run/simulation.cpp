@@ -26,7 +26,17 @@ const Scene& Simulation::scene() const {
     return implementation_->scene;
 }
 const Lattice& Simulation::lattice() const {
+    if (implementation_->other) {
+        throw std::invalid_argument("the body's cells are no cubes: it has no lattice, which this needs");
+    }
     return implementation_->lattice;
+}
+const FittedCells* Simulation::other_cells() const {
+    return implementation_->other ? &*implementation_->other : nullptr;
+}
+std::size_t Simulation::cell_count() const {
+    return implementation_->other ? implementation_->other->network.polyhedra.size()
+                                  : implementation_->lattice.cell_count();
 }
 std::size_t Simulation::node_count() const {
     return implementation_->rest.size();
@@ -108,6 +118,7 @@ std::vector<Vector3> Simulation::contact_forces() const {
     return contact_forces_of(implementation_->dynamics);
 }
 std::vector<CellStress> Simulation::cell_stresses() const {
+    (void)lattice(); // which only cubes have
     return implementation_->cell_stresses();
 }
 std::vector<RigidPose> Simulation::obstacle_poses() const {
@@ -122,6 +133,9 @@ std::optional<EnergyBalance> Simulation::energy_balance() const {
     return meter ? std::optional(meter->balance()) : std::nullopt;
 }
 VolumeChange Simulation::volume_change() const {
+    if (const FittedCells* const other = other_cells()) {
+        return measure_volume_change(other->network.polyhedra, rest_positions(), displacements());
+    }
     return measure_volume_change(displacements(), cell_nodes(), lattice().cell_size(),
                                  values_of_cells(lattice(), lattice().fills()));
 }
@@ -204,6 +218,13 @@ Summary Simulation::Implementation::summary(std::string failure) const {
     summary.critical_time_step = critical_time_step;
     summary.work = work;
     summary.removed_cells = removed.size();
+    if (parted) {
+        summary.parted_faces = parted->faces.size();
+        summary.parting_energy = parted->energy;
+    }
+    if (other && scene.body.shape == SceneCells::mesh) {
+        summary.fit = SpringFit{other->misfit, other->anisotropy, other->modulus_error, other->without};
+    }
     return summary;
 }
 

@@ -21,7 +21,23 @@ constexpr double kTimeStepFraction = 0.7;
 // An implicit step may be any length; this one still follows the slow motions well.
 constexpr double kImplicitTimeSteps = 20;
 
+/// Sets the size that cells of a mesh have by its nodes.
+std::optional<FittedCells> make_other_cells(Scene& scene, const SimulationOptions& options) {
+    if (scene.body.shape == SceneCells::cubes) {
+        return std::nullopt;
+    }
+    check_size(scene, options, available_bytes());
+    std::optional<FittedCells> made = other_cells(scene);
+    if (scene.body.shape == SceneCells::mesh) {
+        scene.body.cell_size = edge_of_mesh(scene.body.cell_mesh);
+    }
+    return made;
+}
+
 Lattice make_lattice(const Scene& scene, const SimulationOptions& options) {
+    if (scene.body.shape != SceneCells::cubes) {
+        return Lattice::box(1, 1, 1, scene.body.cell_size);
+    }
     if (scene.body.size[0] > 0 && scene.body.cell_size == 0) {
         throw scene_error(scene, "body.size", "its mesh is free; solve_to_accuracy() chooses one");
     }
@@ -43,7 +59,14 @@ double up_to_outputs(const Scene& scene, double step) {
     return std::abs(steps * step - every) <= 1e-12 * every ? step : every / steps;
 }
 
-FrequencyBounds frequencies_of(const Scene& scene, const Lattice& lattice) {
+std::vector<Vector3> rest_of(const Network* network, const Lattice& lattice, const Vector3& origin) {
+    return network ? network->rest_positions : rest_positions(lattice, origin);
+}
+
+FrequencyBounds frequencies_of(const Scene& scene, const std::optional<FittedCells>& other, const Lattice& lattice) {
+    if (other) {
+        return network_frequencies(other->network);
+    }
     FrequencyBounds bounds = lattice_frequencies(lattice, scene.material);
     const double stiffening = stiffening_by_actuation(scene);
     bounds.body *= stiffening;
@@ -108,6 +131,9 @@ void check_cuts(const Scene& scene, const AnyDynamics& dynamics) {
     if (scene.output.energy_balance) {
         throw scene_error(scene, "output.energy_balance",
                           "a scene with it cannot be cut: the energy of what is removed is not in the balance");
+    }
+    if (scene.cuts[0].separates) {
+        return; // which has been looked at
     }
     const bool can = std::visit(
         [](const auto& d) {
@@ -185,12 +211,13 @@ std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> r
 }
 
 Simulation::Implementation::Implementation(Scene given, const SimulationOptions& wanted)
-    : scene(within_ranges(std::move(given))), options(wanted), lattice(make_lattice(scene, options)),
-      rest(hybmss::rest_positions(lattice, scene.body.origin)), turned(initial_displacements(scene, rest)),
+    : scene(within_ranges(std::move(given))), options(wanted), other(make_other_cells(scene, options)),
+      lattice(make_lattice(scene, options)), parted(make_parted(scene, lattice)),
+      rest(rest_of(network(), lattice, scene.body.origin)), turned(initial_displacements(scene, rest)),
       supports(scene, rest, turned), probes(probes_of(scene, rest, turned, supports)), tables_end(end_of_tables(scene)),
       pressed(pressed_faces(scene, lattice, supports)), actuated(actuated_cells(scene, lattice)),
-      frequencies(frequencies_of(scene, lattice)), obstacles(scene, frequencies.critical_time_step()),
-      dynamics(make_dynamics(lattice, scene.material, scene.solver.method, options)),
+      frequencies(frequencies_of(scene, other, lattice)), obstacles(scene, frequencies.critical_time_step()),
+      dynamics(make_dynamics(options)),
       critical_time_step(frequencies.critical_time_step(scene.damping.stiffness, relaxing(scene, frequencies))),
       time_step(choose_time_step(scene, frequencies)), cut_step(step_to_cut(scene, time_step)),
       schedule(scene.cuts, time_step) {
@@ -233,6 +260,11 @@ Simulation::Implementation::Implementation(Scene given, const SimulationOptions&
     }
 }
 
+AnyDynamics Simulation::Implementation::make_dynamics(const SimulationOptions& with) const {
+    return network() ? hybmss::make_dynamics(*network(), scene.solver.method, with)
+                     : hybmss::make_dynamics(lattice, scene.material, scene.solver.method, with);
+}
+
 StepParameters Simulation::Implementation::step_parameters() const {
     const bool leapfrog = scene.solver.method == SolverMethod::leapfrog;
     return {time_step, gravity, scene.damping.mass, leapfrog ? Integrator::leapfrog : Integrator::symplectic_euler};
@@ -252,7 +284,8 @@ void Simulation::Implementation::set_obstacles() {
                               "a skin touches obstacles in motions by symplectic-euler or leapfrog; others take nodes");
         }
     } else if (!obstacles.empty()) {
-        const std::vector<SurfaceNode> surface = surface_nodes(lattice, scene.body.origin);
+        const std::vector<SurfaceNode> surface =
+            network() ? surface_nodes(*network()) : surface_nodes(lattice, scene.body.origin);
         std::visit([&](auto& d) { d.set_obstacles(surface, obstacles.at_start()); }, dynamics);
     }
 }
@@ -273,7 +306,9 @@ void Simulation::Implementation::check_start() const {
 void Simulation::Implementation::spread_loads() {
     const double time = is_static() ? std::numeric_limits<double>::infinity() : 0;
     gravity = value_at(scene.gravity.acceleration, scene.gravity.acceleration_in_time, time);
-    loaded = loaded_nodes(scene, lattice, rest);
+    loaded = loaded_nodes(scene, lattice, rest, network(),
+                          parted ? std::span<const std::array<std::uint32_t, 8>>(parted->body.corners)
+                                 : std::span<const std::array<std::uint32_t, 8>>());
     loads = nodal_loads(scene, loaded, rest.size(), time);
     if (is_static() || std::all_of(scene.loads.begin(), scene.loads.end(),
                                    [](const Load& load) { return load.force_in_time.empty(); })) {
@@ -394,7 +429,7 @@ long Simulation::Implementation::stretch(long end) const {
     if (meter || time() < tables_end) {
         return 1;
     }
-    const long next = std::min(end, schedule.next_step());
+    const long next = std::min({end, schedule.next_step(), next_look()});
     return (moving() ? std::min(next, last_step_of_motion()) : next) - steps;
 }
 
@@ -423,10 +458,17 @@ void Simulation::Implementation::end_stretch(long taken) {
         meter->record(metered_state());
     }
     cut_now();
+    tear_now();
 }
 
 Simulation::Implementation::State Simulation::Implementation::present() const {
-    return {displacements_of(dynamics), velocities_of(dynamics), effect_memory_of(dynamics), steps, cuts_done()};
+    return {displacements_of(dynamics),
+            velocities_of(dynamics),
+            effect_memory_of(dynamics),
+            steps,
+            cuts_done(),
+            parted ? parted->faces : std::vector<std::array<std::uint32_t, 2>>(),
+            parted ? parted->energy : 0};
 }
 
 void Simulation::Implementation::restore(const State& state) {
@@ -434,7 +476,12 @@ void Simulation::Implementation::restore(const State& state) {
     SimulationOptions same = options;
     same.plan = std::visit([](const auto& d) { return d.describe().choice; }, dynamics);
     uncut();
-    dynamics = make_dynamics(lattice, scene.material, scene.solver.method, same);
+    if (parted) {
+        part(state.faces, same);
+        parted->energy = state.parting_energy;
+    } else {
+        dynamics = make_dynamics(same);
+    }
     apply_damping();
     set_obstacles(); // as they were before any cut, so that effects have the memory that they had
     press();
@@ -564,8 +611,13 @@ std::string Simulation::Implementation::find_modes(const RunCallbacks& callbacks
         solved = failure.empty();
         work.preconditioner = result.preconditioner;
     }
-    const Vector3 edges = {static_cast<double>(lattice.cells()[0]), static_cast<double>(lattice.cells()[1]),
-                           static_cast<double>(lattice.cells()[2])};
+    Vector3 edges = {static_cast<double>(lattice.cells()[0]), static_cast<double>(lattice.cells()[1]),
+                     static_cast<double>(lattice.cells()[2])};
+    for (std::size_t a = 0; a < 3 && other; ++a) {
+        const auto [low, high] = std::minmax_element(rest.begin(), rest.end(),
+                                                     [a](const Vector3& x, const Vector3& y) { return x[a] < y[a]; });
+        edges[a] = ((*high)[a] - (*low)[a]) / lattice.cell_size();
+    }
     const double size = 0.1 * lattice.cell_size() * *std::max_element(edges.begin(), edges.end());
     for (ModeReading& mode : modes) {
         double greatest = 0;

@@ -3,6 +3,7 @@
 /// \file
 /// What a Simulation holds: the scene made concrete for one body.
 
+#include "hybmss/separation.hpp"
 #include "hybmss/simulation/simulation.hpp"
 #include "plan/bodies/critical_time_step.hpp"
 #include "simulation/run/any_dynamics.hpp"
@@ -10,6 +11,7 @@
 #include "simulation/run/cutting.hpp"
 #include "simulation/run/energy_meter.hpp"
 #include "simulation/run/readings.hpp"
+#include "simulation/scene/other_cells.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -27,7 +29,16 @@ std::vector<ProbeNodes> probes_of(const Scene& scene, std::span<const Vector3> r
 struct Simulation::Implementation {
     Scene scene;
     SimulationOptions options;
-    Lattice lattice;                   ///< less what was cut away
+    /// A lattice that may part, as the network that it is from the start.
+    struct Parted {
+        SeparatedNetwork body;
+        std::vector<std::array<std::uint32_t, 2>> faces; ///< in the order in which they parted
+        double energy = 0;                               ///< J, see Summary::parting_energy
+    };
+    std::optional<FittedCells>
+        other;       ///< where cells are no cubes; the lattice is one cell then, and stands for nothing
+    Lattice lattice; ///< less what was cut away
+    std::optional<Parted> parted;
     std::vector<Vector3> rest, turned; ///< m, one a node; the latter initial_displacements()
     Supports supports;
     std::vector<ProbeNodes> probes;
@@ -74,6 +85,22 @@ struct Simulation::Implementation {
 
     Implementation(Scene given, const SimulationOptions& wanted);
 
+    const Network* network() const { return other ? &other->network : parted ? &parted->body.network : nullptr; }
+    /// Nothing for a body that does not part. Throws SceneError for a scene that cannot.
+    static std::optional<Parted> make_parted(const Scene& scene, const Lattice& lattice);
+    static Parted parted_at(std::vector<std::array<std::uint32_t, 2>> faces, const Scene& scene,
+                            const Lattice& lattice);
+    /// Makes it be the body with these faces parted, all else anew as the scene says it, at rest.
+    void part(std::vector<std::array<std::uint32_t, 2>> faces, const SimulationOptions& with);
+    /// Parts these faces besides, in the motion that the body has.
+    void part_more(std::span<const std::array<std::uint32_t, 2>> faces);
+    /// What tears now.
+    void tear_now();
+    /// The step after which tears are looked for next; the greatest number: never.
+    long next_look() const;
+    /// Of cuts that separate, all faces that hold still and that these reach.
+    std::vector<std::array<std::uint32_t, 2>> faces_in_tools(std::span<const std::size_t> cuts) const;
+    AnyDynamics make_dynamics(const SimulationOptions& with) const;
     bool is_static() const { return timeless(scene.solver.method); }
     double time_after(long step) const {
         return step < cut_step ? static_cast<double>(step) * time_step
@@ -154,6 +181,8 @@ struct Simulation::Implementation {
         std::vector<double> effect_memory;
         long steps;
         CutsDone cuts;
+        std::vector<std::array<std::uint32_t, 2>> faces;
+        double parting_energy;
     };
     State present() const;
     /// Starts afresh from a known state: nothing of what the dynamics hold inside may outlive values that are not

@@ -4,6 +4,7 @@
 #include "layouts/read_file.hpp"
 #include "simulation/geometry/triangle_surface.hpp"
 #include "simulation/geometry/voxel_grid.hpp"
+#include "simulation/scene/other_cells.hpp"
 
 #include <algorithm>
 #include <array>
@@ -156,10 +157,14 @@ Material material_of(const Label& label, const Material& material) {
 }
 
 std::string body_key(const SceneBody& body) {
-    return !body.voxels.empty() ? "body.voxels" : !body.surface.empty() ? "body.surface" : "body.cells";
+    return body.shape == SceneCells::mesh ? "body.mesh"
+           : !body.voxels.empty()         ? "body.voxels"
+           : !body.surface.empty()        ? "body.surface"
+                                          : "body.cells";
 }
 
 Lattice scene_lattice(const Scene& scene) {
+    require_cubes(scene, "a lattice");
     const SceneBody& body = scene.body;
     const auto nx = static_cast<int>(body.cells[0]), ny = static_cast<int>(body.cells[1]),
                nz = static_cast<int>(body.cells[2]);
@@ -342,8 +347,13 @@ void read_body_files(Scene& scene) {
             read_voxel_body(scene, folder / scene.body.voxels);
         } else if (!scene.body.surface.empty()) {
             read_surface_body(scene, folder / scene.body.surface);
+        } else if (!scene.body.mesh_file.empty()) {
+            scene.body.cell_mesh = read_cells((folder / scene.body.mesh_file).string());
+            scene.body.cell_size = edge_of_mesh(scene.body.cell_mesh);
         }
     } catch (const std::runtime_error& error) {
+        throw scene_error(scene, body_key(scene.body), error.what());
+    } catch (const std::invalid_argument& error) {
         throw scene_error(scene, body_key(scene.body), error.what());
     }
     for (std::size_t l = 0; l < scene.labels.size(); ++l) {
@@ -352,6 +362,9 @@ void read_body_files(Scene& scene) {
             continue;
         }
         const std::string key = "label[" + std::to_string(l) + "].surface";
+        if (scene.body.shape != SceneCells::cubes) {
+            throw scene_error(scene, key, "the body's cells are no cubes: they are of the one [material]");
+        }
         if (scene.body.size != Vector3{} && scene.body.cell_size == 0) {
             throw scene_error(scene, key, "the cells of a box whose mesh is free have no labels");
         }

@@ -15,10 +15,10 @@
 namespace hybmss {
 
 /// The lattice: where cells have labels, each with the stiffness of its label. Throws SceneError where no cell is
-/// filled, or where it is not clear what a label stands for.
+/// filled, where it is not clear what a label stands for, and for cells that are no cubes.
 Lattice scene_lattice(const Scene& scene);
 
-/// The key that gives the body: "body.cells", "body.voxels" or "body.surface".
+/// The key that gives the body: "body.cells", "body.voxels", "body.surface" or "body.mesh".
 std::string body_key(const SceneBody& body);
 
 /// Reads the voxels or the surface that the body names, if any, into its cells and labels, and what obstacles name into

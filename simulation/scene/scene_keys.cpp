@@ -39,8 +39,28 @@ struct Placed : Member<&SceneBody::place> {
 /// The cells of a full box; those of other bodies follow from the size or the file.
 struct BoxCells : Member<&SceneBody::cells> {
     static std::optional<Stored> get(const SceneBody& body) {
-        const bool told = body.voxels.empty() && body.surface.empty() && body.size == Vector3{};
+        const bool told =
+            body.voxels.empty() && body.surface.empty() && body.mesh_file.empty() && body.size == Vector3{};
         return told ? std::optional(body.cells) : std::nullopt;
+    }
+};
+
+/// A mesh is a word of its own.
+struct CellsOfABox : Member<&SceneBody::shape> {
+    static std::optional<Stored> get(const SceneBody& body) {
+        const bool told = body.shape != SceneCells::cubes && body.shape != SceneCells::mesh;
+        return told ? std::optional(body.shape) : std::nullopt;
+    }
+};
+/// Nor does a mesh have cells of one size.
+struct CellSize : Unless0<&SceneBody::cell_size> {
+    static std::optional<double> get(const SceneBody& body) {
+        return body.shape == SceneCells::mesh ? std::nullopt : Unless0<&SceneBody::cell_size>::get(body);
+    }
+};
+struct OfAMesh : Member<&SceneBody::most_anisotropy> {
+    static std::optional<double> get(const SceneBody& body) {
+        return body.shape == SceneCells::mesh ? std::optional(body.most_anisotropy) : std::nullopt;
     }
 };
 
@@ -57,6 +77,16 @@ constexpr Key<SceneBody> kBodyKeys[] = {
     {"surface", "", words("the path of an STL, OBJ, PLY or glTF file, from the scene's folder on"), "none",
      "cells whose centre lies inside the surface, in its own coordinates (m)",
      field<TextFormat, Unless0<&SceneBody::surface>>},
+    {"mesh", "", words("the path of a .msh (2.2, 4.1) or legacy .vtk file, as text, from the scene's folder on"),
+     "none", "tetrahedra, pyramids and prisms, in their own coordinates (m), with springs fitted to them",
+     field<TextFormat, Unless0<&SceneBody::mesh_file>>},
+    {"shape", "", words("\"cubes\", \"tetrahedra\", \"pyramids\" or \"prisms\""), "\"cubes\"",
+     "what the cells of a box are: cubes, the tetrahedra or pyramids that fill these, or two prisms on equilateral "
+     "triangles in the place of each, whose y axis leans by 30 degrees to x: see \"Cells of other shapes\"",
+     field<ChoiceFormat, CellsOfABox>},
+    {"most_anisotropy", "", above(0, 1, "above 0 and at most 1"), "0.1",
+     "with `mesh`: the anisotropy and the error of the shear modulus that fitted springs may have",
+     field<NumberFormat, OfAMesh>},
     {"fill", "", words("\"centre\" or \"fraction\""), "\"centre\"",
      "with `surface`: cells are whole where their centre is inside, or have of stiffness and mass the part of their "
      "volume that is inside",
@@ -64,7 +94,7 @@ constexpr Key<SceneBody> kBodyKeys[] = {
     {"cell_size", "m", from(1e-6, 1e6, "at least 1e-6 and at most 1e6"),
      "that of a file with spacings, the least of voxels that are no cubes; free for a `size` with `solver.accuracy`; "
      "else required",
-     "edge of a cell", field<NumberFormat, Unless0<&SceneBody::cell_size>>},
+     "edge of a cell", field<NumberFormat, CellSize>},
     {"contact", "", words("\"nodes\" or \"skin\""), "\"nodes\"",
      "what obstacles touch: the nodes of the cells' boundary, or points of the body's `surface`, or of the smooth "
      "boundary of its cells; in motions by symplectic-euler or leapfrog",
@@ -75,15 +105,31 @@ constexpr Key<SceneBody> kBodyKeys[] = {
 };
 
 void complete_body(const GivenTable& given, SceneBody& body) {
-    const int ways = given.count("cells", "size", "voxels", "surface");
+    const int ways = given.count("cells", "size", "voxels", "surface", "mesh");
     if (ways == 0) {
-        given.missing("cells", "or size, voxels or surface must be given");
+        given.missing("cells", "or size, voxels, surface or mesh must be given");
     }
     if (ways > 1) {
-        given.refuse(given.has("surface")  ? "surface"
-                     : given.has("voxels") ? "voxels"
-                                           : "size",
-                     "only one of cells, size, voxels and surface may be given");
+        given.refuse(given.has("mesh")      ? "mesh"
+                     : given.has("surface") ? "surface"
+                     : given.has("voxels")  ? "voxels"
+                                            : "size",
+                     "only one of cells, size, voxels, surface and mesh may be given");
+    }
+    if (given.has("mesh")) {
+        body.shape = SceneCells::mesh;
+    }
+    if (given.has("mesh") && given.has("cell_size")) {
+        given.refuse("cell_size", "the cells of a mesh have the sizes that its file tells");
+    }
+    if (given.has("most_anisotropy") && !given.has("mesh")) {
+        given.refuse("most_anisotropy", "only springs of a mesh are fitted; it must be given with mesh");
+    }
+    if (given.has("shape") && given.count("cells", "size") == 0) {
+        given.refuse("shape", "only a box has cells of a shape to choose; it must be given with cells or size");
+    }
+    if (body.shape == SceneCells::prisms && given.has("size")) {
+        given.refuse("shape", "prisms fill no box with edges; they must be given with cells");
     }
     if (given.has("fill") && !given.has("surface")) {
         given.refuse("fill", "only a surface has an inside; it must be given with surface");
@@ -112,7 +158,7 @@ void relate_body(const TableCheck& table, const SceneBody& body) {
 constexpr KeyTable<SceneBody> kBody = {
     "body",
     "The body, made of cubic cells: a box (`cells` or `size`), the labelled cells of a voxel file (`voxels`), or the "
-    "inside of a closed surface (`surface`); one of the four.",
+    "inside of a closed surface (`surface`); or of a mesh of other cells (`mesh`); one of the five.",
     kBodyKeys, complete_body, relate_body};
 
 // -- [material] and [[label]]
@@ -133,6 +179,7 @@ struct MaterialKeys {
     std::optional<int> preset;
     ElasticModuli moduli; ///< of a text; written are E and nu
     std::vector<Relaxation> relaxation;
+    std::optional<double> tear_strain;
 };
 
 /// E or nu.
@@ -236,6 +283,10 @@ constexpr Key<MaterialKeys> kMaterialKeys[] = {
      "beside the moduli, which are those of slow loads, each row has part times as much that fades by exp(-t / time); "
      "symplectic-euler or leapfrog, see \"Relaxation\"",
      field<RelaxationFormat, Memory>},
+    {"tear_strain", "", above(0, 100, "above 0 and at most 100"), "none",
+     "cells part along the face between two whose mean is stretched by more across it; symplectic-euler, see "
+     "\"Tears\"",
+     member<&MaterialKeys::tear_strain>},
     {"preset", "", kPresetNames, "none",
      "in place of the moduli and the stiffening: those of springs fitted to human brain, grey or white matter, within "
      "stretches of 0.9 to 1.1 and shear of 0.2; nu = 0.49 is a choice",
@@ -508,6 +559,9 @@ constexpr Key<Cut> kCutKeys[] = {
     {"frame", "", words("\"present\" or \"rest\""), "\"present\"",
      "where a cell's centre is taken: where it is then, or where it was at rest",
      member_as<ChoiceFormat, &Cut::at_rest>},
+    {"mode", "", words("\"remove\" or \"separate\""), "\"remove\"",
+     "whether cells go, or part along the faces whose middle is in the tool; all cuts of a scene alike, see \"Tears\"",
+     member_as<ChoiceFormat, &Cut::separates>},
 };
 
 void complete_cut(const GivenTable& given, Cut& cut) {
@@ -766,7 +820,7 @@ constexpr SceneTable inner() {
 }
 
 MaterialKeys keys_of(const Scene& scene) {
-    return {scene.material, {}, {}, scene.relaxation};
+    return {scene.material, {}, {}, scene.relaxation, scene.tear_strain};
 }
 /// Two parts of a scene.
 constexpr SceneTable material_table() {
@@ -779,6 +833,7 @@ constexpr SceneTable material_table() {
                 MaterialKeys keys = kMaterial.read(scene, value, path);
                 scene.material = keys.material;
                 scene.relaxation = std::move(keys.relaxation);
+                scene.tear_strain = keys.tear_strain;
             },
             [](const Scene& scene) {
                 kMaterial.check({scene, std::string(kMaterial.name), kMaterial.described(), false}, keys_of(scene));

@@ -205,6 +205,9 @@ void require_writable(const Scene& scene) {
         (!scene.body.labels.empty() || scene.body.origin != scene.body.place.translate)) {
         throw scene_error(scene, "body.cells", "labels and an origin that come from no file cannot be written");
     }
+    if (scene.body.shape == SceneCells::mesh && scene.body.mesh_file.empty()) {
+        throw scene_error(scene, "body.mesh", "a mesh that comes from no file cannot be written");
+    }
     for (const SceneObstacle& obstacle : scene.obstacles) {
         const auto* const ground = std::get_if<HeightShape>(&obstacle.shape);
         if (obstacle.source.file.empty() && (std::holds_alternative<MeshShape>(obstacle.shape) ||

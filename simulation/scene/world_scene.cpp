@@ -2,6 +2,7 @@
 
 #include "hybmss/simulation/world_scene.hpp"
 
+#include "simulation/scene/other_cells.hpp"
 #include "simulation/scene/scene_body.hpp"
 #include "simulation/scene/scene_shapes.hpp"
 
@@ -174,6 +175,11 @@ void require_bodies(const Scene& shared, const WorldScene& world) {
     }
     for (const NamedScene& body : world.bodies) { // alike in all of them
         const Scene& scene = body.scene;
+        require_cubes(scene, "a scene of [[body]] tables");
+        if (may_part(scene)) {
+            throw scene_error(scene, scene.tear_strain ? "material.tear_strain" : "cut[0].mode",
+                              "cells of [[body]] tables do not part: only those of one [body]");
+        }
         if (!explicit_in_time(scene.solver.method)) {
             throw scene_error(scene, "solver.method", "scenes of [[body]] tables move by symplectic-euler or leapfrog");
         }

@@ -539,5 +539,59 @@ TEST(Polyhedra, TetrahedraAreRead) {
     EXPECT_THROW(read_tetrahedra(path), std::invalid_argument);
 }
 
+TEST(Polyhedra, MixedCellsAreRead) {
+    const std::string path = testing::TempDir() + "polyhedra_test_mixed";
+    const auto read = [&](const std::string& text) {
+        std::ofstream(path) << text;
+        return read_cells(path);
+    };
+    // A prism, a pyramid on its side x = 1 (as it were), and a tetrahedron; triangles and points beside.
+    const std::string gmsh =
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n7\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 0 1\n6 0 1 1\n"
+        "7 2 2 0.5\n$EndNodes\n$Elements\n5\n1 15 2 0 1 1\n2 2 2 0 1 1 2 3\n3 6 2 0 1 1 2 3 4 5 6\n"
+        "4 7 2 0 1 2 3 6 5 7\n5 4 2 0 1 1 3 2 7\n$EndElements\n";
+    const std::string vtk = "# vtk DataFile Version 3.0\nany\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 7 double\n"
+                            "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1 2 2 0.5\nCELLS 4 22\n3 0 1 2\n6 0 1 2 3 4 5\n"
+                            "5 1 2 5 4 6\n4 0 2 1 6\nCELL_TYPES 4\n5\n13\n14\n10\n";
+    for (const std::string& text : {gmsh, vtk}) {
+        const CellMesh mesh = read(text);
+        ASSERT_EQ(mesh.cells.size(), 3u);
+        ASSERT_EQ(mesh.nodes.size(), 7u);
+        EXPECT_EQ(mesh.cells[0].shape, CellShape::prism);
+        EXPECT_EQ(mesh.cells[1].shape, CellShape::pyramid);
+        EXPECT_EQ(mesh.nodes[static_cast<std::size_t>(mesh.cells[1].nodes[4])], (std::array<double, 3>{2, 2, 0.5}));
+        // Whatever the orientation in the file: a volume and a mass above zero.
+        const FittedCells fitted = fit_springs(mesh, material(0.3), 10);
+        double mass = 0;
+        for (const double m : fitted.network.masses) {
+            mass += m;
+        }
+        CellMesh mirrored = mesh;
+        for (auto& x : mirrored.nodes) {
+            x[0] = -x[0];
+        }
+        const FittedCells other = fit_springs(mirrored, material(0.3), 10);
+        EXPECT_NEAR(other.misfit, fitted.misfit, 1e-4 * fitted.misfit);
+        for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+            EXPECT_NEAR(other.network.masses[n], fitted.network.masses[n], 1e-9 * mass);
+        }
+        EXPECT_GT(mass, 500);
+        EXPECT_EQ(read_tetrahedra(path).cells.size(), 1u);
+    }
+    std::string cube = vtk;
+    cube.replace(cube.find("13\n14"), 2, "12");
+    try {
+        read(cube);
+        FAIL() << "accepted";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what())
+                      .find(":14: solid cells of type 12 given: tetrahedra, pyramids and prisms "
+                            "with nodes at their corners are wanted"),
+                  std::string::npos)
+            << error.what();
+    }
+    std::filesystem::remove(path);
+}
+
 } // namespace
 } // namespace hybmss

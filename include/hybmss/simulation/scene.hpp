@@ -8,6 +8,7 @@
 #include "hybmss/equilibrium.hpp"
 #include "hybmss/lattice.hpp"
 #include "hybmss/material.hpp"
+#include "hybmss/polyhedra.hpp"
 #include "hybmss/skin.hpp"
 
 #include <array>
@@ -77,7 +78,11 @@ struct Place {
     bool operator==(const Place&) const = default;
 };
 
-/// Cubic cells of one grid: all of them, or those that have a label.
+/// What cells a body has: cubes of a grid; those that fill the cubes of a box, or stand in their place, with springs
+/// that are isotropic (tetrahedron_lattice() and the like); those of a mesh, with fitted springs.
+enum class SceneCells : std::uint8_t { cubes, tetrahedra, pyramids, prisms, mesh };
+
+/// Cubic cells of one grid: all of them, or those that have a label. Or cells of another shape.
 struct SceneBody {
     std::array<std::int64_t, 3> cells = {1, 1, 1}; ///< of the grid, along x, y and z
     double cell_size = 1; ///< m; 0: free, to be chosen by solve_to_accuracy() for a box of the given size
@@ -95,6 +100,10 @@ struct SceneBody {
     std::string voxels = {},
                 surface = {};   ///< the file that the labels come from, as the scene names it; "" where there is none
     std::string resampled = {}; ///< what became of voxels that are no cubes; "" of others
+    SceneCells shape = SceneCells::cubes;
+    std::string mesh_file = {}; ///< the file that `cell_mesh` comes from, as the scene names it
+    CellMesh cell_mesh = {};    ///< of SceneCells::mesh, whose cell_size is what a node has of volume, as a cube's edge
+    double most_anisotropy = 0.1; ///< that its springs may have, and their error in the shear modulus
     TriangleMesh mesh = {}; ///< of that surface, from the grid's low corner on; none unless a skin or a traction asks
     bool skin_touches = false; ///< obstacles: the body's surface, or the smooth boundary of its cells; else its nodes
     Place place = {};
@@ -209,6 +218,7 @@ struct Cut {
     double at = 0;                                         ///< s, at least 0
     double until = 0, every = 0;                           ///< s; no further bites where `every` is 0
     bool at_rest = false;                                  ///< the centre at rest counts, not the present one
+    bool separates = false; ///< no cell goes: those part that share a face whose middle is in the tool
     bool operator==(const Cut&) const = default;
 };
 
@@ -309,6 +319,7 @@ struct Scene {
     SceneBody body;
     Material material;
     std::vector<Relaxation> relaxation; ///< of the material, in time: see ExplicitDynamics::relax()
+    std::optional<double> tear_strain;  ///< of the material: cells part that are stretched by more, see torn_faces()
     std::vector<Label> labels;          ///< none: the body has one label, and it is `material`
     std::vector<Fix> fixes;
     std::vector<Move> moves;

@@ -136,6 +136,12 @@ struct StressSummary {
     std::array<double, 6> mean_cauchy{}; ///< Pa, over the deformed volume: xx, yy, zz, xy, yz, xz
 };
 
+/// How good the springs of a mesh are: see FittedCells.
+struct SpringFit {
+    double misfit = 0, anisotropy = 0, modulus_error = 0;
+    std::size_t without = 0;
+};
+
 /// A vibration, or a way to buckle.
 struct ModeReading {
     double value = 0; ///< frequency in Hz, below zero where the shape grows; or the factor of loads and moves
@@ -158,6 +164,7 @@ struct Summary {
     std::optional<EnergyBalance> balance;   ///< where the scene asks for it
     std::optional<AccuracyReport> accuracy; ///< of solve_to_accuracy()
     std::optional<StressSummary> stress;    ///< where the scene asks for it
+    std::optional<SpringFit> fit;           ///< of a mesh
     std::vector<ModeReading> modes;         ///< with the methods "modes" and "buckling", from the lowest on
     int rigid_motions = 0;                  ///< motions of the whole body that cost nothing, left out of the modes
     std::vector<std::string> warnings;      ///< what the results do not show by themselves, a line each
@@ -166,6 +173,9 @@ struct Summary {
     Settlement settlement;
     SolverWork work;
     std::size_t removed_cells = 0; ///< by cuts, in all
+    std::size_t parted_faces = 0;  ///< between cells, by tears and by cuts that separate
+    /// J: what parting changed of the body's own energy and of its motion's, which rounding alone does.
+    double parting_energy = 0;
     double wall_seconds = 0;
     PlanDescription plan;
 };
@@ -195,13 +205,18 @@ public:
                                 std::string* attached = nullptr);
 
     const Scene& scene() const;
-    /// Less the cells that were cut away; nodes are numbered as in the whole one.
+    /// Less the cells that were cut away; nodes are numbered as in the whole one. Throws std::invalid_argument for a
+    /// body whose cells are no cubes.
     const Lattice& lattice() const;
+    /// The network of such a body, and how good its springs are; null for cubes. It stays as long as the simulation.
+    const FittedCells* other_cells() const;
+    /// That there are now.
+    std::size_t cell_count() const;
     /// All nodes, those too that no cell touches any more.
     std::size_t node_count() const;
     /// m, one a node.
     std::span<const std::array<double, 3>> rest_positions() const;
-    /// The cells that there are now, in grid order: their corner nodes, by the bits of the corner's number.
+    /// The cubes that there are now, in grid order: their corner nodes, by the bits of the corner's number.
     std::vector<std::array<std::uint32_t, 8>> cell_nodes() const;
     long steps() const;
     /// s; of a static scene the part of its loading that has been followed, 0 to 1.
@@ -230,6 +245,10 @@ public:
     std::size_t remove_cells(std::span<const std::uint32_t> cells);
     /// By cuts and calls so far.
     std::size_t removed_cell_count() const;
+    /// Faces between cells that have parted so far; nodes are numbered anew, and are more, where some do.
+    std::size_t parted_face_count() const;
+    /// Two cells each (Lattice::cell_index), in the order in which they parted.
+    std::span<const std::array<std::uint32_t, 2>> parted_faces() const;
 
     /// Runs to the duration, or until settled where the scene gives a tolerance; a static scene to equilibrium. Stops
     /// at a state that is not finite, with the last good state restored and Summary::failure set; likewise where an
