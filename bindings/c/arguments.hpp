@@ -9,6 +9,7 @@
 #include "hybmss/material.hpp"
 #include "hybmss/network.hpp"
 #include "hybmss/plan_options.hpp"
+#include "hybmss/separation.hpp"
 #include "hybmss/skin.hpp"
 #include "hybmss/task_runner.hpp"
 
@@ -81,6 +82,8 @@ std::vector<RestStretch> stretches_of(const double* stretches, std::size_t count
 struct hybmss_body {
     std::variant<hybmss::c_interface::LatticeBody, hybmss::Network> shape;
     std::size_t node_count;
+    /// Of a lattice that has parted: its network, which is in `shape`, is here by its nodes alone.
+    std::unique_ptr<hybmss::SeparatedNetwork> parted = nullptr;
 };
 
 /// A hull, a mesh or a height field.

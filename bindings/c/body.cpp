@@ -1,6 +1,7 @@
 #include "bindings/c/arguments.hpp"
 
 #include "bindings/c/fields.hpp"
+#include "hybmss/polyhedra.hpp"
 #include "hybmss/stress.hpp"
 #include "layouts/messages.hpp"
 
@@ -8,9 +9,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hybmss::c_interface {
@@ -108,6 +111,27 @@ hybmss_body* body_of(Network&& network) {
     return new hybmss_body{std::move(network), nodes};
 }
 
+const SeparatedNetwork& parted_of(const hybmss_body* body, const char* name) {
+    require(body, name);
+    if (!body->parted) {
+        throw std::invalid_argument(std::string(name) + " is not allowed: it must come from hybmss_body_separate");
+    }
+    return *body->parted;
+}
+
+void write_numbers(const std::vector<std::uint32_t>& numbers, std::uint32_t* to, std::size_t count) {
+    require(to, "nodes", count);
+    require_count(count, numbers.size(), "nodes");
+    std::copy(numbers.begin(), numbers.end(), to);
+}
+
+hybmss_body* body_of(FittedCells&& fitted, hybmss_spring_fit* fit) {
+    if (fit != nullptr) {
+        *fit = {fitted.misfit, fitted.anisotropy, fitted.modulus_error, fitted.without};
+    }
+    return body_of(std::move(fitted.network));
+}
+
 } // namespace
 } // namespace hybmss::c_interface
 
@@ -192,6 +216,132 @@ hybmss_status hybmss_network_create_on_means(const hybmss_network* network, cons
             made.cells[c].scale = scales[c];
         }
         *body = body_of(std::move(made));
+    });
+}
+
+hybmss_status hybmss_cells_create(hybmss_cell_shape shape, const int32_t cells[3], double edge, double height,
+                                  const hybmss_material* material, hybmss_body** body) {
+    return guarded([&] {
+        require(body, "body");
+        require(cells, "cells");
+        const Material checked = c_interface::material(material);
+        const std::array<int, 3> counts = {cells[0], cells[1], cells[2]};
+        Network made;
+        switch (static_cast<int>(shape)) {
+        case HYBMSS_TETRAHEDRON:
+            made = tetrahedron_lattice(counts, edge, checked);
+            made.nodal_volumes = true;
+            break;
+        case HYBMSS_PYRAMID:
+            made = pyramid_lattice(counts, edge, checked);
+            break;
+        case HYBMSS_PRISM:
+            made = prism_lattice(counts, edge, height, checked);
+            break;
+        default:
+            refuse_value("shape", static_cast<int>(shape), "4, 5 or 6: a hybmss_cell_shape");
+        }
+        *body = body_of(std::move(made));
+    });
+}
+
+hybmss_status hybmss_mesh_create(const double* nodes, size_t node_count, const hybmss_polyhedron* cells,
+                                 size_t cell_count, const hybmss_material* material, double most_anisotropy,
+                                 hybmss_spring_fit* fit, hybmss_body** body) {
+    return guarded([&] {
+        require(body, "body");
+        require(nodes, "nodes", 3 * node_count);
+        require(cells, "cells", cell_count);
+        const Material checked = c_interface::material(material);
+        CellMesh mesh;
+        for (std::size_t n = 0; n < node_count; ++n) {
+            mesh.nodes.push_back(vector_at(nodes + 3 * n));
+        }
+        for (std::size_t c = 0; c < cell_count; ++c) {
+            const std::int32_t shape = cells[c].shape;
+            if (shape < HYBMSS_TETRAHEDRON || shape > HYBMSS_PRISM) {
+                throw std::invalid_argument("cell " + std::to_string(c) + ": shape = " + std::to_string(shape) +
+                                            " is not allowed: 4, 5 or 6, a hybmss_cell_shape");
+            }
+            Network::Polyhedron cell{static_cast<CellShape>(shape), {}, 0};
+            std::copy_n(cells[c].nodes, shape, cell.nodes.begin());
+            mesh.cells.push_back(cell);
+        }
+        *body = body_of(fit_springs(mesh, checked, most_anisotropy), fit);
+    });
+}
+
+hybmss_status hybmss_mesh_read(const char* path, const hybmss_material* material, double most_anisotropy,
+                               hybmss_spring_fit* fit, hybmss_body** body) {
+    return guarded([&] {
+        require(body, "body");
+        require(path, "path");
+        const Material checked = c_interface::material(material);
+        *body = body_of(fit_springs(read_cells(path), checked, most_anisotropy), fit);
+    });
+}
+
+hybmss_status hybmss_body_polyhedra(const hybmss_body* body, hybmss_polyhedron* cells, size_t* count) {
+    return guarded([&] {
+        require(body, "body");
+        require(count, "count");
+        const auto* const network = std::get_if<Network>(&body->shape);
+        const std::size_t all = network ? network->polyhedra.size() : 0;
+        for (std::size_t c = 0; cells && c < all; ++c) {
+            cells[c].shape = static_cast<std::int32_t>(network->polyhedra[c].shape);
+            std::copy_n(network->polyhedra[c].nodes.begin(), 6, cells[c].nodes);
+        }
+        *count = all;
+    });
+}
+
+hybmss_status hybmss_body_separate(const hybmss_body* lattice, const uint32_t* faces, size_t face_count,
+                                   hybmss_body** parted) {
+    return guarded([&] {
+        require(parted, "parted");
+        require(lattice, "lattice");
+        require(faces, "faces", 2 * face_count);
+        const LatticeBody& whole = lattice_of(*lattice, "the cells of a lattice part");
+        std::vector<std::array<std::uint32_t, 2>> given(face_count);
+        for (std::size_t f = 0; f < face_count; ++f) {
+            given[f] = {faces[2 * f], faces[2 * f + 1]};
+        }
+        auto made = std::make_unique<SeparatedNetwork>(separate(whole.lattice, whole.material, given));
+        std::unique_ptr<hybmss_body> body(body_of(std::move(made->network)));
+        made->network = {};
+        made->network.rest_positions = std::get<Network>(body->shape).rest_positions;
+        body->parted = std::move(made);
+        *parted = body.release();
+    });
+}
+
+hybmss_status hybmss_body_lattice_nodes(const hybmss_body* parted, uint32_t* nodes, size_t count) {
+    return guarded([&] { write_numbers(parted_of(parted, "parted").lattice_nodes, nodes, count); });
+}
+
+hybmss_status hybmss_body_nodes_before(const hybmss_body* before, const hybmss_body* after, uint32_t* nodes,
+                                       size_t count) {
+    return guarded(
+        [&] { write_numbers(nodes_before(parted_of(before, "before"), parted_of(after, "after")), nodes, count); });
+}
+
+hybmss_status hybmss_body_torn_faces(const hybmss_body* lattice, const hybmss_body* parted,
+                                     const hybmss_const_field* displacements, double tear_strain, uint32_t* faces,
+                                     size_t* count) {
+    return guarded([&] {
+        require(lattice, "lattice");
+        require(count, "count");
+        require(displacements, "displacements");
+        const SeparatedNetwork& body = parted_of(parted, "parted");
+        check<double>(displacements, parted->node_count, "displacements");
+        Scratch<double> scratch;
+        const std::vector<std::array<std::uint32_t, 2>> torn =
+            torn_faces(lattice_of(*lattice, "a lattice has cells that part").lattice, body,
+                       Input<double>(*displacements, parted->node_count, scratch).view(), tear_strain);
+        for (std::size_t f = 0; faces && f < torn.size(); ++f) {
+            std::copy(torn[f].begin(), torn[f].end(), faces + 2 * f);
+        }
+        *count = torn.size();
     });
 }
 

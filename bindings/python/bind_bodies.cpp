@@ -136,6 +136,7 @@ PYBIND11_MODULE(_hybmss, module) {
         "Elastic bodies as hybrid mass-spring systems: forces and energies over NumPy arrays, motion, scenes.";
     module.attr("__version__") = hybmss::kVersion;
     hybmss::python::bind_bodies(module);
+    hybmss::python::bind_networks(module);
     hybmss::python::bind_plans(module);
     hybmss::python::bind_dynamics(module);
     hybmss::python::bind_equilibria(module);

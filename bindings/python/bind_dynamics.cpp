@@ -27,11 +27,13 @@ using Vector3 = std::array<double, 3>;
 
 class Dynamics {
 public:
-    Dynamics(const Lattice& lattice, const Material& material, const py::object& dtype, const PlanOptions& options) {
+    /// Of a lattice, a material and options, or a network and options.
+    template <class... Of>
+    explicit Dynamics(const py::object& dtype, const Of&... of) {
         if (is_double(dtype)) {
-            body_ = std::make_shared<ExplicitDynamics<double>>(lattice, material, options);
+            body_ = std::make_shared<ExplicitDynamics<double>>(of...);
         } else {
-            body_ = std::make_shared<ExplicitDynamics<float>>(lattice, material, options);
+            body_ = std::make_shared<ExplicitDynamics<float>>(of...);
         }
     }
     /// One that lives as long as this does, or elsewhere.
@@ -398,12 +400,14 @@ void bind_dynamics(py::module_& module) {
     type.def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads,
                          const std::string& layout, const std::string& instruction_set, const std::string& accuracy,
                          const std::string& effort) {
-                 return Dynamics(lattice, material, dtype,
+                 return Dynamics(dtype, lattice, material,
                                  plan_options(threads, layout, instruction_set, accuracy, effort));
              }),
              py::arg("lattice"), py::arg("material"), py::arg("dtype") = "float64", py::kw_only(),
              py::arg("threads") = 0, py::arg("layout") = "", py::arg("instruction_set") = "automatic",
              py::arg("accuracy") = "accurate", py::arg("effort") = "estimate");
+    type.def(of_network<Dynamics>(), py::arg("network"), py::arg("dtype") = "float64", py::kw_only(),
+             py::arg("threads") = 0);
     type.def("prescribe", &prescribe, py::arg("nodes"), py::arg("axes") = "xyz",
              py::arg("displacement") = Vector3{0, 0, 0}, py::arg("velocity") = Vector3{0, 0, 0},
              "Holds these nodes along the axes, and no others.");

@@ -23,11 +23,13 @@ using Support = std::tuple<std::vector<std::uint32_t>, std::string, Vector3>;
 /// A solver of either precision.
 class Solver {
 public:
-    Solver(const Lattice& lattice, const Material& material, const py::object& dtype, const PlanOptions& options) {
+    /// Of a lattice, a material and options, or a network and options.
+    template <class... Of>
+    explicit Solver(const py::object& dtype, const Of&... of) {
         if (is_double(dtype)) {
-            solver_ = std::make_unique<EquilibriumSolver<double>>(lattice, material, options);
+            solver_ = std::make_unique<EquilibriumSolver<double>>(of...);
         } else {
-            solver_ = std::make_unique<EquilibriumSolver<float>>(lattice, material, options);
+            solver_ = std::make_unique<EquilibriumSolver<float>>(of...);
         }
     }
     template <class Visit>
@@ -108,9 +110,11 @@ void bind_equilibria(py::module_& module) {
         .def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads) {
                  PlanOptions options;
                  options.threads = threads;
-                 return Solver(lattice, material, dtype, options);
+                 return Solver(dtype, lattice, material, options);
              }),
              py::arg("lattice"), py::arg("material"), py::arg("dtype") = "float64", py::kw_only(),
+             py::arg("threads") = 0)
+        .def(of_network<Solver>(), py::arg("network"), py::arg("dtype") = "float64", py::kw_only(),
              py::arg("threads") = 0)
         .def_property_readonly("node_count",
                                [](const Solver& s) { return s.visit([](auto& made) { return made.node_count(); }); })

@@ -22,13 +22,15 @@ namespace {
 /// A plan of either precision.
 class Plan {
 public:
-    Plan(const Lattice& lattice, const Material& material, const py::object& dtype, const PlanOptions& options) {
+    /// Of a lattice, a material and options, or a network and options.
+    template <class... Of>
+    explicit Plan(const py::object& dtype, const Of&... of) {
         if (is_double(dtype)) {
             const py::gil_scoped_release released;
-            plan_ = std::make_unique<ForcePlan<double>>(lattice, material, options);
+            plan_ = std::make_unique<ForcePlan<double>>(of...);
         } else {
             const py::gil_scoped_release released;
-            plan_ = std::make_unique<ForcePlan<float>>(lattice, material, options);
+            plan_ = std::make_unique<ForcePlan<float>>(of...);
         }
     }
 
@@ -164,12 +166,14 @@ void bind_plans(py::module_& module) {
         .def(py::init([](const Lattice& lattice, const Material& material, const py::object& dtype, int threads,
                          const std::string& layout, const std::string& instruction_set, const std::string& accuracy,
                          const std::string& effort) {
-                 return Plan(lattice, material, dtype,
+                 return Plan(dtype, lattice, material,
                              plan_options(threads, layout, instruction_set, accuracy, effort));
              }),
              py::arg("lattice"), py::arg("material"), py::arg("dtype") = "float64", py::kw_only(),
              py::arg("threads") = 0, py::arg("layout") = "", py::arg("instruction_set") = "automatic",
              py::arg("accuracy") = "accurate", py::arg("effort") = "estimate")
+        .def(of_network<Plan>(), py::arg("network"), py::arg("dtype") = "float64", py::kw_only(),
+             py::arg("threads") = 0)
         .def_property_readonly("node_count", &Plan::nodes)
         .def(
             "add_forces",

@@ -3,6 +3,7 @@
 /// \file
 /// The parts of the module, and NumPy arrays as the library's fields: views of the same memory, never copies.
 
+#include "hybmss/network.hpp"
 #include "hybmss/plan_options.hpp"
 #include "hybmss/stress.hpp"
 #include "hybmss/vector_field.hpp"
@@ -21,6 +22,7 @@ namespace hybmss::python {
 namespace py = pybind11;
 
 void bind_bodies(py::module_& module);
+void bind_networks(py::module_& module);
 void bind_plans(py::module_& module);
 void bind_dynamics(py::module_& module);
 void bind_equilibria(py::module_& module);
@@ -100,6 +102,16 @@ inline py::dict stress_arrays(std::span<const CellStress> stresses) {
     return py::dict(py::arg("first_piola") = piola, py::arg("cauchy") = cauchy, py::arg("green_strain") = strain,
                     py::arg("volume_ratio") = ratio, py::arg("energy_density") = density,
                     py::arg("von_mises") = von_mises, py::arg("pressure") = pressure);
+}
+
+/// The __init__ of a Network, beside that of a lattice and a material: (network, dtype, threads).
+template <class Made>
+auto of_network() {
+    return py::init([](const Network& network, const py::object& dtype, int threads) {
+        PlanOptions options;
+        options.threads = threads;
+        return Made(dtype, network, options);
+    });
 }
 
 /// "float32" or "float64", or what NumPy takes for them. True for the latter.

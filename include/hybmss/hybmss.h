@@ -156,6 +156,42 @@ HYBMSS_EXPORT hybmss_status hybmss_network_create_on_means(const hybmss_network*
                                                            const hybmss_material* material, double cell_size,
                                                            const double* scales, size_t scale_count,
                                                            hybmss_body** body);
+/* ---- cells of other shapes: hybmss/polyhedra.hpp ---- */
+
+typedef enum hybmss_cell_shape { /* the value is the number of nodes */
+                                 HYBMSS_TETRAHEDRON = 4,
+                                 HYBMSS_PYRAMID = 5,
+                                 HYBMSS_PRISM = 6
+} hybmss_cell_shape;
+
+typedef struct hybmss_polyhedron {
+    int32_t shape;    /* a hybmss_cell_shape */
+    int32_t nodes[6]; /* the first 4, 5 or 6 count; in either orientation */
+} hybmss_polyhedron;
+
+/* How good fitted springs are, relative: see FittedCells. */
+typedef struct hybmss_spring_fit {
+    double misfit, anisotropy, modulus_error;
+    size_t without; /* pairs of nodes that have no spring */
+} hybmss_spring_fit;
+
+/* A box of cells[0] x cells[1] x cells[2] cubes with edges of `edge` m that tetrahedra, whose nodes resist the change
+ * of the volume around them, or pyramids fill; or two prisms, `height` m high, in the place of each, on equilateral
+ * triangles. Their springs are isotropic. `height` is used by prisms alone. */
+HYBMSS_EXPORT hybmss_status hybmss_cells_create(hybmss_cell_shape shape, const int32_t cells[3], double edge,
+                                                double height, const hybmss_material* material, hybmss_body** body);
+/* Any mesh of such cells, x y z (m) a node, with springs fitted to it. Refused where anisotropy or the error of the
+ * shear modulus are above `most_anisotropy` (0.1 is much). `fit` may be null. */
+HYBMSS_EXPORT hybmss_status hybmss_mesh_create(const double* nodes, size_t node_count, const hybmss_polyhedron* cells,
+                                               size_t cell_count, const hybmss_material* material,
+                                               double most_anisotropy, hybmss_spring_fit* fit, hybmss_body** body);
+/* The same of a file: Gmsh's .msh (2.2, 4.1) or VTK's legacy .vtk, as plain text. */
+HYBMSS_EXPORT hybmss_status hybmss_mesh_read(const char* path, const hybmss_material* material, double most_anisotropy,
+                                             hybmss_spring_fit* fit, hybmss_body** body);
+/* Such cells of a body: writes their count, and the cells where these are not null: as many as a first call with null
+ * gives. */
+HYBMSS_EXPORT hybmss_status hybmss_body_polyhedra(const hybmss_body* body, hybmss_polyhedron* cells, size_t* count);
+
 /* A lattice less some cells, by their indices i + nx (j + ny k); those without a cell are passed over. Its nodes are
  * those that still touch a cell: hybmss_body_grid_indices says which. */
 HYBMSS_EXPORT hybmss_status hybmss_body_without_cells(const hybmss_body* body, const uint32_t* cells, size_t count,
@@ -285,6 +321,24 @@ HYBMSS_EXPORT hybmss_status hybmss_body_cell_count(const hybmss_body* body, size
 /* Of a lattice: writes the stresses of those cells in index order, to `count` = cell count entries. */
 HYBMSS_EXPORT hybmss_status hybmss_body_stresses(const hybmss_body* body, const hybmss_const_field* displacements,
                                                  hybmss_cell_stress* stresses, size_t count);
+
+/* ---- cuts along faces of cells, and tears: hybmss/separation.hpp ---- */
+
+/* The network of a lattice whose cells have parted along faces: two cells each, by their indices i + nx (j + ny k). No
+ * mass is lost. */
+HYBMSS_EXPORT hybmss_status hybmss_body_separate(const hybmss_body* lattice, const uint32_t* faces, size_t face_count,
+                                                 hybmss_body** parted);
+/* Of such a network: writes each node's number in the lattice, to `count` = node count values. */
+HYBMSS_EXPORT hybmss_status hybmss_body_lattice_nodes(const hybmss_body* parted, uint32_t* nodes, size_t count);
+/* Each node's number in `before`, which has fewer parted faces, to `count` = node count values: a state goes over by
+ * it. */
+HYBMSS_EXPORT hybmss_status hybmss_body_nodes_before(const hybmss_body* before, const hybmss_body* after,
+                                                     uint32_t* nodes, size_t count);
+/* The faces that tear at the displacements, of double: where cells are stretched by more than `tear_strain`, > 0,
+ * across a face that holds. Writes their count, and two cells a face where `faces` is not null. */
+HYBMSS_EXPORT hybmss_status hybmss_body_torn_faces(const hybmss_body* lattice, const hybmss_body* parted,
+                                                   const hybmss_const_field* displacements, double tear_strain,
+                                                   uint32_t* faces, size_t* count);
 
 /* ---- skin ---- */
 

@@ -154,6 +154,103 @@ static void bodies(void) {
     EXPECT(untouched == NULL);
 }
 
+static void cells_of_other_shapes(void) {
+    const int32_t cells[3] = {2, 2, 2};
+    const hybmss_material material = hybmss_default_material();
+    const hybmss_cell_shape shapes[3] = {HYBMSS_TETRAHEDRON, HYBMSS_PYRAMID, HYBMSS_PRISM};
+    const double flat[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.3, 0.3, 0.1};
+    hybmss_polyhedron one = {HYBMSS_TETRAHEDRON, {0, 1, 2, 3, 0, 0}};
+    hybmss_body *body = NULL, *again = NULL;
+    hybmss_spring_fit fit;
+    size_t s;
+
+    for (s = 0; s < 3; ++s) {
+        size_t nodes = 0, count = 0, known = 0, n;
+        double *x, *u, *f, sum = 0;
+        hybmss_polyhedron* all;
+        hybmss_plan* plan;
+        OK(hybmss_cells_create(shapes[s], cells, 0.5, 0.5, &material, &body));
+        OK(hybmss_body_node_count(body, &nodes));
+        OK(hybmss_body_polyhedra(body, NULL, &count));
+        EXPECT(count == (shapes[s] == HYBMSS_PRISM ? 16 : shapes[s] == HYBMSS_PYRAMID ? 48 : 12 * 4 + 24));
+        x = calloc(3 * nodes, sizeof *x);
+        u = calloc(3 * nodes, sizeof *u);
+        f = calloc(3 * nodes, sizeof *f);
+        all = calloc(count, sizeof *all);
+        OK(hybmss_body_rest_positions(body, x, 3 * nodes));
+        OK(hybmss_body_polyhedra(body, all, &count));
+        for (n = 0; n < count; ++n) {
+            known += all[n].shape == (int32_t)shapes[s];
+        }
+        EXPECT(known == (shapes[s] == HYBMSS_TETRAHEDRON ? 48 : count));
+        /* A fit to the same cells is another network, with springs that push as hard where it is stretched. */
+        OK(hybmss_mesh_create(x, nodes, all, count, &material, 1, &fit, &again));
+        EXPECT(fit.misfit > 0 && fit.anisotropy > 0 && fit.modulus_error > -1);
+        fill(u, 3 * nodes);
+        plan = plan_of(again, HYBMSS_DOUBLE);
+        {
+            const hybmss_const_field at = hybmss_const_double_field(u, nodes, 3);
+            const hybmss_field to = hybmss_double_field(f, nodes, 3);
+            OK(hybmss_plan_add_forces(plan, &at, &to));
+        }
+        for (n = 0; n < nodes; ++n) {
+            sum += f[3 * n];
+        }
+        EXPECT(fabs(sum) < 1e-9 && fabs(f[0]) > 1e-3);
+        hybmss_plan_destroy(plan);
+        hybmss_body_destroy(again);
+        hybmss_body_destroy(body);
+        free(x);
+        free(u);
+        free(f);
+        free(all);
+    }
+    REFUSED(hybmss_cells_create((hybmss_cell_shape)7, cells, 0.5, 0.5, &material, &body), "shape = 7");
+    REFUSED(hybmss_cells_create(HYBMSS_PRISM, cells, 0.5, 0.1, &material, &body), "height = 0.1");
+    REFUSED(hybmss_mesh_create(flat, 4, &one, 1, &material, 0.1, NULL, &body), "far from isotropic");
+    one.shape = 3;
+    REFUSED(hybmss_mesh_create(flat, 4, &one, 1, &material, 0.1, NULL, &body), "cell 0: shape = 3");
+    REFUSED(hybmss_mesh_read("/nowhere/none.msh", &material, 0.1, &fit, &body), "/nowhere/none.msh");
+}
+
+static void separation(void) {
+    const int32_t cells[3] = {4, 1, 1};
+    const hybmss_material material = hybmss_default_material();
+    const uint32_t face[2] = {2, 1}, none[2] = {0, 2};
+    hybmss_body *lattice = NULL, *whole = NULL, *parted = NULL;
+    double u[3 * 20] = {0}, x[3 * 20];
+    uint32_t before[24], nodes[24], torn[6];
+    hybmss_const_field stretched = hybmss_const_double_field(u, 20, 3);
+    size_t count = 0, n;
+
+    OK(hybmss_lattice_create(cells, 0.5, NULL, 0, &material, &lattice));
+    OK(hybmss_body_separate(lattice, NULL, 0, &whole));
+    OK(hybmss_body_separate(lattice, face, 1, &parted));
+    OK(hybmss_body_node_count(whole, &count));
+    EXPECT(count == 20);
+    OK(hybmss_body_node_count(parted, &count));
+    EXPECT(count == 24);
+    OK(hybmss_body_nodes_before(whole, parted, before, 24));
+    OK(hybmss_body_lattice_nodes(parted, nodes, 24));
+    EXPECT(memcmp(before, nodes, sizeof nodes) == 0);
+    OK(hybmss_body_rest_positions(whole, x, 60));
+    for (n = 0; n < 20; ++n) {
+        u[3 * n] = x[3 * n] > 1.1 ? 0.2 : 0;
+    }
+    OK(hybmss_body_torn_faces(lattice, whole, &stretched, 0.1, NULL, &count));
+    EXPECT(count == 2);
+    OK(hybmss_body_torn_faces(lattice, whole, &stretched, 0.1, torn, &count));
+    EXPECT(torn[0] == 1 && torn[1] == 2 && torn[2] == 2 && torn[3] == 3);
+    REFUSED(hybmss_body_torn_faces(lattice, whole, &stretched, 0, NULL, &count), "tear_strain");
+    REFUSED(hybmss_body_torn_faces(lattice, parted, &stretched, 0.1, NULL, &count), "displacements");
+    REFUSED(hybmss_body_separate(lattice, none, 1, &parted), "share no face");
+    REFUSED(hybmss_body_separate(whole, face, 1, &parted), "the cells of a lattice part");
+    REFUSED(hybmss_body_lattice_nodes(lattice, nodes, 20), "parted is not allowed");
+    hybmss_body_destroy(parted);
+    hybmss_body_destroy(whole);
+    hybmss_body_destroy(lattice);
+}
+
 static void networks(void) {
     const double positions[6] = {0, 0, 0, 1, 0, 0}, masses[2] = {1, 1}, weightless[2] = {1, 0};
     hybmss_spring spring = {0, 1, 10.0, {1, 0, 0}};
@@ -1153,6 +1250,8 @@ int main(void) {
     EXPECT(strcmp(hybmss_version(), version) == 0);
     bodies();
     networks();
+    cells_of_other_shapes();
+    separation();
     cells_of_materials();
     networks_on_means();
     layouts();

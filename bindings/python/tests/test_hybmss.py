@@ -173,6 +173,68 @@ def test_scales_have_the_indices_of_a_voxel_file(tmp_path, order):
     assert np.array_equal(body.rest_positions(), voxels.rest_positions())
 
 
+def test_cells_of_other_shapes(tmp_path):
+    material = hybmss.Material(young_modulus=1e4, poisson_ratio=0.3, density=1000)
+    shear = 1e4 / 2.6
+    axial = 2 * shear * 0.7 / 0.4  # lambda + 2 G
+    for network, volume in (
+        (hybmss.tetrahedron_lattice([2, 2, 2], 0.5, material), 1),
+        (hybmss.pyramid_lattice([2, 2, 2], 0.5, material), 1),
+        (hybmss.prism_lattice([2, 2, 2], 0.5, 0.4, material), 0.8 * 3**0.5 / 2),
+    ):
+        assert network.masses.sum() == pytest.approx(1000 * volume, rel=1e-12)
+        x = network.rest_positions()
+        assert x.shape == (network.node_count, 3) and network.spring_count > 0
+        plan = hybmss.ForcePlan(network)
+        for axis in range(3):
+            u = np.zeros_like(x)
+            u[:, axis] = 1e-5 * x[:, axis]
+            assert sum(plan.energy(u)) == pytest.approx(axial / 2 * 1e-10 * volume, rel=1e-3)
+        body = hybmss.ExplicitDynamics(network, "float32")
+        body.velocities = np.ones((network.node_count, 3), np.float32)
+        body.step(1e-4, 10)
+        assert np.allclose(body.displacements, 1e-3, rtol=1e-5)
+    network = hybmss.tetrahedron_lattice([4, 4, 4], 0.5, material)
+    fitted = hybmss.fit_springs(network.rest_positions(), network.cells(), material)
+    assert fitted.network.node_count == network.node_count
+    assert 0 < fitted.anisotropy < 0.1 and abs(fitted.modulus_error) < 0.1 and fitted.misfit > 0
+    assert fitted.without >= 0
+    held = [n for n, x in enumerate(network.rest_positions()) if x[2] == 0]
+    u = np.zeros((network.node_count, 3))
+    found = hybmss.EquilibriumSolver(fitted.network).solve(u, [(held, "xyz", (0, 0, 0))], acceleration=(0, 0, -1))
+    assert found["status"] == "converged" and u[:, 2].min() < 0
+    path = tmp_path / "one.vtk"
+    path.write_text("# vtk DataFile Version 3.0\nany\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n"
+                    "0 0 0 1 0 0 0 1 0 0.3 0.3 0.1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n")
+    nodes, cells = hybmss.read_cells(str(path))
+    assert nodes.shape == (4, 3) and cells == [[0, 1, 2, 3]]
+    with pytest.raises(ValueError, match="far from isotropic"):
+        hybmss.fit_springs(nodes, cells, material)
+    with pytest.raises(ValueError, match="cell 0: 3 nodes are not allowed"):
+        hybmss.fit_springs(nodes, [[0, 1, 2]], material)
+
+
+def test_tears():
+    lattice = hybmss.Lattice.box(4, 1, 1, 0.5)
+    material = hybmss.Material(poisson_ratio=0.3)
+    whole = hybmss.separate(lattice, material, [])
+    assert whole.network.node_count == lattice.node_count and len(whole.corners) == 4
+    u = np.zeros((lattice.node_count, 3))
+    u[whole.network.rest_positions()[:, 0] > 1.1, 0] = 0.2  # the third cell is stretched by 40 %
+    assert hybmss.torn_faces(lattice, whole, u, 0.3) == []  # the mean of two cells is by 20 %
+    faces = hybmss.torn_faces(lattice, whole, u, 0.1)
+    assert faces == [[1, 2], [2, 3]]
+    parted = hybmss.separate(lattice, material, faces)
+    assert parted.network.node_count == lattice.node_count + 8
+    assert parted.network.masses.sum() == pytest.approx(whole.network.masses.sum(), rel=1e-14)
+    before = hybmss.nodes_before(whole, parted)
+    assert (before == parted.lattice_nodes).all()
+    energies = [sum(hybmss.ForcePlan(s.network).energy(v)) for s, v in ((whole, u), (parted, u[before]))]
+    assert energies[1] == pytest.approx(energies[0], rel=1e-12) and energies[0] > 0
+    with pytest.raises(ValueError, match="share no face"):
+        hybmss.separate(lattice, material, [(0, 2)])
+
+
 def test_stiffening_springs():
     stiffening = hybmss.Material(stiffening_quadratic=0.5, stiffening_cubic=1.0)
     assert (stiffening.stiffening_quadratic, stiffening.stiffening_cubic) == (0.5, 1.0)
