@@ -38,7 +38,7 @@ void add_probes(Rows& row, const Summary& s, const std::string& owner = "") {
 }
 
 void add_obstacles(Rows& row, const Summary& s, const std::string& owner = "") {
-    for (const auto& [name, reading, stiffness] : s.obstacles) {
+    for (const auto& [name, reading, stiffness, pose] : s.obstacles) {
         row.vectors(fmt::format("{}obstacle {}", owner, name));
         row("  force (N)", vector_text(reading.force));
         row("  torque (N m)", vector_text(reading.torque));
@@ -47,6 +47,11 @@ void add_obstacles(Rows& row, const Summary& s, const std::string& owner = "") {
                                          reading.dissipated, stiffness));
         row("  depth (m)",
             fmt::format("{:.3g} of {} nodes, {:.3g} on the way", reading.depth, reading.nodes, reading.greatest_depth));
+        if (pose) {
+            row("  position (m)", vector_text(pose->position));
+            row("  velocity (m/s)", vector_text(pose->velocity));
+            row("  turns by (rad/s)", vector_text(pose->angular_velocity));
+        }
     }
 }
 
@@ -264,8 +269,8 @@ std::string summary_table(const Simulation& simulation, const Summary& s) {
         const EnergyBalance& b = *s.balance;
         row("work (J)", fmt::format("supports {:.6g}, loads {:.6g}, gravity {:.6g}, obstacles {:.6g}", b.supports,
                                     b.loads, b.gravity, b.obstacles));
-        row("  became",
-            fmt::format("kinetic {:.6g}, elastic {:.6g}, in effects {:.6g}", b.kinetic, b.elastic, b.effects));
+        row("  became", fmt::format("kinetic {:.6g}, elastic {:.6g}, in effects {:.6g}", b.kinetic + b.free_obstacles,
+                                    b.elastic, b.effects));
         row("  and was lost to",
             fmt::format("mass damping {:.6g}, effects {:.6g}", b.mass_damping, b.effects_dissipated));
         row("  up to", fmt::format("{:.3g} J, {:.2g} of the largest part", b.imbalance(), b.relative_imbalance()));

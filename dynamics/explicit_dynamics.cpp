@@ -289,6 +289,7 @@ void ExplicitDynamics<T>::Implementation::complete() {
         for (std::size_t a = 0; a < array_count(state.velocity); ++a) { // copied: a world knows where they lie
             std::copy_n(whole_velocity[a].data(), whole_velocity[a].size(), state.velocity[a].data());
         }
+        complete_effects();
         half.reset();
         for (const auto& effect : effects) {
             effect->state_was_set();

@@ -4,6 +4,7 @@
 
 #include "dynamics/step.hpp"
 #include "layouts/node_numbers.hpp"
+#include "plan/bodies/step_factors.hpp"
 #include "plan/tuning/planned_body.hpp"
 
 #include <algorithm>
@@ -80,10 +81,18 @@ struct ExplicitDynamics<T>::Implementation {
     void find_whole_velocity() const;
     /// Takes the kick that the velocities lack: what it comes from is about to change.
     void complete();
+    void complete_effects() {
+        if (half) {
+            for (const auto& effect : effects) {
+                effect->complete(state, half_kick(*half));
+            }
+        }
+    }
     void replace_loads(std::vector<LoadedComponent<T>> loads_from_now);
 
     /// The padding too: a motion that ended in NaN has reached it, and the next one must start clean.
     void set(VectorField<const T> in, NodeField<T>& field, double factor) {
+        complete_effects();
         for (auto& component : field) {
             std::fill_n(component.data(), component.size(), T(0));
         }

@@ -77,6 +77,9 @@ public:
                             std::vector<Stage>& stages) = 0;
     /// Likewise what comes last in a step: the loads have acted, and what is prescribed has been set back.
     virtual void add_last_stages(const Body<T>&, State<T>&, const StepFactors&, std::vector<Stage>&) {}
+    /// A leapfrog step's velocities get the half kick that they lack, by the forces at this state: those that the
+    /// effect itself has, too.
+    virtual void complete(const State<T>&, const StepFactors&) {}
     /// The state has been set from outside.
     virtual void state_was_set() {}
     /// Cells have been removed from the lattice that the body was made from; these nodes have lost some. A body that

@@ -142,7 +142,13 @@ RigidPose pose_of(const hybmss_pose& given) {
 
 Obstacle obstacle_of(const hybmss_obstacle& given) {
     const double(&d)[3] = given.dimensions;
-    Obstacle obstacle{{}, pose_of(given.pose), given.friction, given.stiffness, given.friction_delay};
+    Obstacle obstacle{{},
+                      pose_of(given.pose),
+                      given.friction,
+                      given.stiffness,
+                      given.friction_delay,
+                      given.mass,
+                      {given.inertia[0], given.inertia[1], given.inertia[2]}};
     switch (given.shape) {
     case HYBMSS_PLANE:
         obstacle.shape = PlaneShape{{d[0], d[1], d[2]}};

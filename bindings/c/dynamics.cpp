@@ -317,6 +317,22 @@ hybmss_status hybmss_dynamics_move_obstacles(hybmss_dynamics* dynamics, const hy
     });
 }
 
+hybmss_status hybmss_dynamics_obstacle_poses(const hybmss_dynamics* dynamics, hybmss_pose* poses, size_t count) {
+    return guarded(dynamics, "dynamics", [&](const auto& moving) {
+        require(poses, "poses", count);
+        const std::vector<RigidPose> now = moving.body.obstacle_poses();
+        require_count(count, now.size(), "poses");
+        std::transform(now.begin(), now.end(), poses, [](const RigidPose& pose) {
+            hybmss_pose out{};
+            std::copy_n(pose.position.begin(), 3, out.position);
+            std::copy_n(pose.rotation.begin(), 9, out.rotation);
+            std::copy_n(pose.velocity.begin(), 3, out.velocity);
+            std::copy_n(pose.angular_velocity.begin(), 3, out.angular_velocity);
+            return out;
+        });
+    });
+}
+
 hybmss_status hybmss_dynamics_obstacle_readings(const hybmss_dynamics* dynamics, hybmss_obstacle_reading* readings,
                                                 size_t count) {
     return guarded(dynamics, "dynamics", [&](const auto& moving) {
@@ -511,6 +527,18 @@ hybmss_status hybmss_world_set_contacts(hybmss_world* world, const hybmss_body_c
             return BodyContact{c.first, c.second, c.friction, c.stiffness, c.friction_delay};
         });
         together.world->set_contacts(given);
+    });
+}
+
+hybmss_status hybmss_world_set_shared_obstacles(hybmss_world* world, const hybmss_shared_obstacle* obstacles,
+                                                size_t count) {
+    return guarded(world, "world", [&](auto& together) {
+        require(obstacles, "obstacles", count);
+        std::vector<SharedObstacle> given;
+        std::transform(obstacles, obstacles + count, std::back_inserter(given), [](const hybmss_shared_obstacle& o) {
+            return SharedObstacle{o.body, o.obstacle, o.one};
+        });
+        together.world->set_shared_obstacles(given);
     });
 }
 

@@ -170,6 +170,8 @@ py::dict to_dict(const ObstacleReading& reading) {
     out["dissipated"] = reading.dissipated;
     out["impulse"] = reading.impulse;
     out["angular_impulse"] = reading.angular_impulse;
+    out["kinetic"] = reading.kinetic;
+    out["work_of_gravity"] = reading.work_of_gravity;
     return out;
 }
 
@@ -257,6 +259,8 @@ void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
     member("angular_velocity", &RigidPose::angular_velocity, "rad/s");
     obstacle.def_readwrite("friction", &Obstacle::friction, "Coulomb's coefficient.");
     obstacle.def_readwrite("stiffness", &Obstacle::stiffness, "1/s^2: per kg of a node; 0: by the body's own.");
+    obstacle.def_readwrite("mass", &Obstacle::mass, "kg; 0: it is led, else bodies and gravity move it.");
+    obstacle.def_readwrite("inertia", &Obstacle::inertia, "kg m^2 about its axes; all 0: those of the full shape.");
     type.def(
         "set_obstacles",
         [](Dynamics& dynamics, const Lattice& lattice, const std::vector<Obstacle>& obstacles,
@@ -284,6 +288,21 @@ void bind_obstacles(py::module_& module, py::class_<Dynamics>& type) {
             dynamics.visit([&](auto& body) { body.move_obstacles(poses); });
         },
         py::arg("obstacles"), "Sets where they are now, and their velocities; what friction holds is kept.");
+    type.def_property_readonly(
+        "obstacle_poses",
+        [](const Dynamics& dynamics) {
+            py::list out;
+            for (const RigidPose& pose : dynamics.visit([](const auto& body) { return body.obstacle_poses(); })) {
+                py::dict one;
+                one["position"] = pose.position;
+                one["rotation"] = pose.rotation;
+                one["velocity"] = pose.velocity;
+                one["angular_velocity"] = pose.angular_velocity;
+                out.append(one);
+            }
+            return out;
+        },
+        "Where they are now, free ones too.");
     type.def_property_readonly("obstacle_readings", [](const Dynamics& dynamics) {
         return dynamics.visit([](const auto& body) { return to_list(body.obstacle_readings()); });
     });
@@ -333,6 +352,19 @@ void bind_world(py::module_& module) {
         },
         py::arg("pairs"), py::arg("friction") = 0.0,
         "These pairs of bodies touch, and no others; a body beside itself touches itself.");
+    type.def(
+        "share_obstacles",
+        [](const PythonWorld& world, const std::vector<std::vector<std::pair<std::size_t, std::size_t>>>& ones) {
+            std::vector<SharedObstacle> shared;
+            for (std::size_t one = 0; one < ones.size(); ++one) {
+                for (const auto& [body, obstacle] : ones[one]) {
+                    shared.push_back({body, obstacle, one});
+                }
+            }
+            world.visit([&](auto& made) { made.set_shared_obstacles(shared); });
+        },
+        py::arg("obstacles"),
+        "Free obstacles that are the same one in several bodies, no others: for each a list of (body, number there).");
     type.def_property_readonly("contact_readings", [](const PythonWorld& world) {
         return world.visit([](auto& made) { return to_list(made.contact_readings()); });
     });

@@ -175,6 +175,10 @@ export interface Obstacle {
   friction?: number;
   stiffness?: number;
   frictionDelay?: number;
+  /** kg; none: it is led, else bodies and gravity move it */
+  mass?: number;
+  /** kg m^2, about its axes; by default that of the full shape */
+  inertia?: Vector;
 }
 
 export interface ObstacleReading {
@@ -213,6 +217,8 @@ export class Dynamics {
   setObstacles(obstacles: readonly Obstacle[]): void;
   /** One pose an obstacle. */
   moveObstacles(poses: readonly Pose[]): void;
+  /** Where they are now, free ones too. */
+  obstaclePoses(): Required<Pose>[];
   obstacleReadings(): ObstacleReading[];
   /** Removes cells i + nx (j + ny k); says how many there were. Nodes keep their numbers; `lattice` stays as it is. */
   removeCells(cells: ArrayLike<number>): number;

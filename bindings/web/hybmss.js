@@ -653,7 +653,8 @@ export class Dynamics extends Handle {
     });
   }
   setObstacles(obstacles) {
-    const write = (at, { shape, dimensions, solid, pose, friction = 0, stiffness = 0, frictionDelay = 0, ...rest }) => {
+    const write = (at, { shape, dimensions, solid, pose, friction = 0, stiffness = 0, frictionDelay = 0, ...more }) => {
+      const { mass = 0, inertia = [0, 0, 0], ...rest } = more;
       known("obstacle", rest, []);
       data().setInt32(at, choice("obstacle.shape", shape, shapes), true);
       if (shape !== "solid") {
@@ -662,9 +663,21 @@ export class Dynamics extends Handle {
       writePose(at + 32, pose);
       doubles(at + 176, [friction, stiffness, frictionDelay]);
       data().setUint32(at + 200, shape === "solid" ? (solid?.at ?? 0) : 0, true);
+      doubles(at + 208, [mass, ...vector("obstacle.inertia", inertia)]);
     };
-    this.#list("set_obstacles", obstacles, 208, write, this.lattice.at);
+    this.#list("set_obstacles", obstacles, 240, write, this.lattice.at);
     this.obstacles = obstacles.length;
+  }
+  obstaclePoses() {
+    return withMemory((take) => {
+      const at = take(144 * this.obstacles);
+      call("hybmss_dynamics_obstacle_poses", this.at, at, this.obstacles);
+      return Array.from({ length: this.obstacles }, (_, i) => {
+        const v = read(at + 144 * i, 18);
+        const [position, velocity, angularVelocity] = [0, 12, 15].map((n) => v.slice(n, n + 3));
+        return { position, rotation: v.slice(3, 12), velocity, angularVelocity };
+      });
+    });
   }
   obstacleReadings() {
     return withMemory((take) => {

@@ -72,7 +72,9 @@ AT(hybmss_obstacle, pose, 32);
 AT(hybmss_obstacle, friction, 176);
 AT(hybmss_obstacle, friction_delay, 192);
 AT(hybmss_obstacle, solid, 200);
-SIZE(hybmss_obstacle, 208);
+AT(hybmss_obstacle, mass, 208);
+AT(hybmss_obstacle, inertia, 216);
+SIZE(hybmss_obstacle, 240);
 
 AT(hybmss_obstacle_reading, depth, 48);
 AT(hybmss_obstacle_reading, energy, 64);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "dynamics/contact/free_obstacle.hpp"
 #include "dynamics/contact/obstacle_geometry.hpp"
 #include "dynamics/step.hpp"
 #include "hybmss/contact.hpp"
@@ -20,6 +21,8 @@ public:
     /// One pose an obstacle. Throws std::invalid_argument for another count and numbers that are not finite.
     virtual void move(std::span<const RigidPose> poses) = 0;
     virtual std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const = 0;
+    /// Where they are now. `half`: the kick that velocities lack still, or null; see StepEffect::complete().
+    virtual std::vector<RigidPose> poses(const State<T>& state, const StepFactors* half) const = 0;
 
     std::string_view name() const override { return "contact"; }
 
@@ -53,6 +56,8 @@ protected:
 ///
 /// Obstacles are where their velocities bring them by the end of the step; what is prescribed is where it was.
 ///
+/// Free obstacles come after those that are led, one after the other, each in a stage of one piece: see FreeObstacle.
+///
 /// Nodes are kept in blocks of neighbours. A block far away is not looked at before it can have come near: see
 /// step_block().
 template <class T>
@@ -64,6 +69,21 @@ public:
 
     void move(std::span<const RigidPose> poses) override;
     std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const override;
+    std::vector<RigidPose> poses(const State<T>& state, const StepFactors* half) const override;
+
+    // A step of a free obstacle in parts, for one that several bodies touch: find_touches() of each of them after its
+    // own step, FreeObstacle::solve(), take_touches(). Meanwhile it is shared, and the body's own steps leave it alone.
+    const std::vector<Obstacle>& obstacles() const { return obstacles_; }
+    void share(std::size_t obstacle, bool shared) { shared_[obstacle] = shared; }
+    const FreeMotion& motion(std::size_t obstacle) const { return motions_[obstacle]; }
+    /// Of one that others may have moved.
+    void set_motion(std::size_t obstacle, const FreeMotion& motion) { motions_[obstacle] = motion; }
+    /// Appends.
+    void find_touches(std::size_t obstacle, const FreeObstacle& free, const State<T>& state, const StepFactors& factors,
+                      std::vector<FreeTouch>& touches);
+    void take_touches(std::size_t obstacle, const FreeObstacle& free, std::span<const FreeTouch> touches,
+                      State<T>& state, const StepFactors& factors);
+
     /// All nodes around the removed cells belong to the surface now, if they have mass. In time proportional to them;
     /// the first call takes a pass over the surface.
     void body_was_cut(const Body<T>& body, const Lattice& lattice, const NodeNumbers& numbers,
@@ -81,6 +101,7 @@ public:
     void add_last_stages(const Body<T>& body, State<T>& state, const StepFactors& factors,
                          std::vector<Stage>& stages) override;
     void state_was_set() override;
+    void complete(const State<T>& state, const StepFactors& half) override;
     std::vector<double> memory() const override;
     std::size_t memory_size() const override;
     void set_memory(std::span<const double> memory) override;
@@ -129,11 +150,20 @@ private:
     double gain_of_speed(const StepFactors& factors) const {
         return factors.acting * (length(factors.acceleration) + load_acceleration_ + push_acceleration_);
     }
+    Step ends_by(const StepFactors& factors) const {
+        return {factors.time_step, factors.late_force, factors.acting, gain_of_speed(factors)};
+    }
     bool has_friction(std::size_t obstacle) const { return obstacles_[obstacle].friction > 0; }
+    bool is_free(std::size_t obstacle) const { return obstacles_[obstacle].mass > 0; }
+    /// By half a kick of gravity and of what touches it now.
+    FreeMotion whole_motion(std::size_t obstacle, const State<T>& state, const StepFactors& half) const;
+    template <class Shape>
+    void find_touches_of(const Shape& shape, std::size_t obstacle, const FreeObstacle& free, const State<T>& state,
+                         const Step& step, std::vector<FreeTouch>& touches);
     void number_nodes();
     void node_was_cut(const Body<T>& body, std::uint32_t number, const Point& rest);
     RigidPose pose_after(std::size_t obstacle, double time) const {
-        return hybmss::pose_after(obstacles_[obstacle].pose, time);
+        return is_free(obstacle) ? motions_[obstacle].pose : hybmss::pose_after(obstacles_[obstacle].pose, time);
     }
     /// In the obstacle's axes.
     Point place(const RigidPose& pose, const Node& node, const State<T>& state) const;
@@ -146,6 +176,22 @@ private:
     template <class Shape>
     bool step_node(const Shape& shape, std::size_t obstacle, const RigidPose& pose, std::size_t n, const Point& place,
                    State<T>& state, const Step& step, Watch& watch);
+    /// The acceleration without what goes along axes that are held.
+    static Point freely(const Node& node, Point acceleration) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            acceleration[axis] *= node.held >> axis & 1 ? 0 : 1;
+        }
+        return acceleration;
+    }
+    void accelerate(const Node& node, const Point& gained, const Step& step, State<T>& state) const;
+    /// Friction of the step before is over; where the node is out of reach, b too.
+    void loosen(std::size_t obstacle, std::size_t n, double distance, double reach) {
+        if (has_friction(obstacle)) {
+            Grip& grip = grips_[obstacle][n];
+            grip.friction = {0, 0, 0};
+            grip.push = distance < reach ? grip.push : 0;
+        }
+    }
     /// All nodes may have come nearer by `way`, m.
     void come_nearer(double way);
     /// visit(obstacle, its pose, node's number, place in its axes, depth, force on the node in N) for every touch.
@@ -158,6 +204,9 @@ private:
     double push_acceleration_ = 0;                   ///< likewise other effects
     std::vector<PrescribedComponent<T>> prescribed_; ///< as they were set last
     std::vector<Obstacle> obstacles_;
+    std::vector<FreeMotion> motions_; ///< one an obstacle; of free ones
+    std::vector<bool> shared_;        ///< likewise: others step it, for now
+    std::vector<FreeTouch> touches_;  ///< scratch
     std::vector<Node> nodes_;
     std::vector<std::vector<Grip>> grips_;    ///< one a node, for every obstacle with friction
     std::vector<Point> before_;               ///< m/s: velocities before the step, in blocks that may touch

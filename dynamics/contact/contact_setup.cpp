@@ -166,6 +166,23 @@ std::vector<Obstacle> completed(std::span<const Obstacle> given, double body_tim
         require_from_0("friction", obstacle.friction);
         require_from_0("stiffness", obstacle.stiffness);
         require_from_0("friction_delay", obstacle.friction_delay);
+        require_from_0("mass", obstacle.mass);
+        if (obstacle.mass > 0) {
+            if (std::holds_alternative<PlaneShape>(obstacle.shape) ||
+                std::holds_alternative<HeightShape>(obstacle.shape)) {
+                refuse_obstacle(o, "mass = " + std::to_string(obstacle.mass) +
+                                       " is not allowed: a plane and a height field have no end, and cannot be free");
+            }
+            if (obstacle.inertia == Point{0, 0, 0}) {
+                obstacle.inertia = inertia_of(obstacle.shape, obstacle.mass, o);
+            }
+            for (const double moment : obstacle.inertia) {
+                if (!std::isfinite(moment) || !(moment > 0)) {
+                    refuse_obstacle(o, "inertia = " + std::to_string(moment) +
+                                           " is not allowed: all three must be finite and > 0");
+                }
+            }
+        }
         if (obstacle.stiffness == 0) {
             if (!std::isfinite(body_time_step)) {
                 refuse_obstacle(o, "stiffness = 0 is not allowed: the body has none of its own");
@@ -177,6 +194,14 @@ std::vector<Obstacle> completed(std::span<const Obstacle> given, double body_tim
         }
     }
     return obstacles;
+}
+
+void require_led(std::span<const Obstacle> obstacles, const char* why) {
+    for (std::size_t o = 0; o < obstacles.size(); ++o) {
+        if (obstacles[o].mass > 0) {
+            refuse_obstacle(o, "mass = " + std::to_string(obstacles[o].mass) + " is not allowed: " + why);
+        }
+    }
 }
 
 std::vector<RigidPose> rigid(std::span<const RigidPose> poses, std::size_t obstacles) {
@@ -240,6 +265,14 @@ Contact<T>::Contact(const Body<T>& body, double wave_speed, std::span<const Surf
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         grips_[o].resize(has_friction(o) ? nodes_.size() : 0);
     }
+    for (const Obstacle& obstacle : obstacles_) {
+        Point spin = from_space(obstacle.pose.rotation, obstacle.pose.angular_velocity);
+        for (std::size_t a = 0; a < 3; ++a) {
+            spin[a] *= obstacle.inertia[a];
+        }
+        motions_.push_back({obstacle.pose, to_space(obstacle.pose.rotation, spin)});
+    }
+    shared_.assign(obstacles_.size(), false);
     watches_.assign(obstacles_.size(), std::vector<Watch>(block_count()));
     elapsed_.assign(piece_count(), 0.0);
 }
@@ -248,6 +281,9 @@ template <class T>
 void Contact<T>::move(std::span<const RigidPose> poses) {
     const std::vector<RigidPose> made = rigid(poses, obstacles_.size()); // refused before any is moved
     for (std::size_t o = 0; o < made.size(); ++o) {
+        if (is_free(o)) {
+            continue;
+        }
         const RigidPose before = pose_after(o, elapsed());
         const RigidPose& pose = made[o];
         const bool turns =
@@ -313,12 +349,13 @@ void Contact<T>::node_was_cut(const Body<T>& body, std::uint32_t number, const P
 }
 
 // The time since the obstacles were moved and the last time step; then for every obstacle eight numbers a block, and
-// four a node where there is friction. What blocks wait for is not kept: looking earlier finds nothing.
+// four a node where there is friction, and 22 of a free one. What blocks wait for is not kept: looking earlier finds
+// nothing.
 template <class T>
 std::size_t Contact<T>::memory_size() const {
     std::size_t size = 2;
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        size += 8 * watches_[o].size() + 4 * grips_[o].size();
+        size += 8 * watches_[o].size() + 4 * grips_[o].size() + (is_free(o) ? 22 : 0);
     }
     return size;
 }
@@ -337,6 +374,14 @@ std::vector<double> Contact<T>::memory() const {
         for (const Grip& grip : grips_[o]) {
             memory.insert(memory.end(), grip.friction.begin(), grip.friction.end());
             memory.push_back(grip.push);
+        }
+        if (is_free(o)) {
+            const RigidPose& pose = motions_[o].pose;
+            memory.insert(memory.end(), pose.rotation.begin(), pose.rotation.end());
+            for (const Point* part : {&pose.position, &pose.velocity, &pose.angular_velocity, &motions_[o].spin}) {
+                memory.insert(memory.end(), part->begin(), part->end());
+            }
+            memory.push_back(motions_[o].work_of_gravity);
         }
     }
     return memory;
@@ -360,6 +405,14 @@ void Contact<T>::set_memory(std::span<const double> memory) {
             next = (std::copy_n(next, 3, grip.friction.begin()), next + 3);
             grip.push = *next++;
         }
+        if (is_free(o)) {
+            RigidPose& pose = motions_[o].pose;
+            next = (std::copy_n(next, 9, pose.rotation.begin()), next + 9);
+            for (Point* part : {&pose.position, &pose.velocity, &pose.angular_velocity, &motions_[o].spin}) {
+                next = (std::copy_n(next, 3, part->begin()), next + 3);
+            }
+            motions_[o].work_of_gravity = *next++;
+        }
     }
 }
 
@@ -379,6 +432,17 @@ void ExplicitDynamics<T>::move_obstacles(std::span<const RigidPose> poses) {
     } else if (!poses.empty()) {
         throw std::invalid_argument(std::to_string(poses.size()) + " poses given: the body has no obstacles");
     }
+}
+
+template <class T>
+std::vector<RigidPose> ExplicitDynamics<T>::obstacle_poses() const {
+    const Implementation& i = *implementation_;
+    const auto* const contact = i.template find<ObstacleEffect<T>>();
+    if (!contact) {
+        return {};
+    }
+    const std::optional<StepFactors> half = i.half ? std::optional(half_kick(*i.half)) : std::nullopt;
+    return contact->poses(i.state, half ? &*half : nullptr);
 }
 
 template <class T>
@@ -412,6 +476,7 @@ template void Contact<float>::set_memory(std::span<const double>);
 template void ExplicitDynamics<float>::set_obstacles(std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void ExplicitDynamics<float>::move_obstacles(std::span<const RigidPose>);
 template std::vector<ObstacleReading> ExplicitDynamics<float>::obstacle_readings() const;
+template std::vector<RigidPose> ExplicitDynamics<float>::obstacle_poses() const;
 template void ExplicitDynamics<float>::get_contact_forces(VectorField<float>) const;
 template Contact<double>::Contact(const Body<double>&, double, std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void Contact<double>::node_was_cut(const Body<double>&, std::uint32_t, const Point&);
@@ -425,6 +490,7 @@ template void Contact<double>::set_memory(std::span<const double>);
 template void ExplicitDynamics<double>::set_obstacles(std::span<const SurfaceNode>, std::span<const Obstacle>);
 template void ExplicitDynamics<double>::move_obstacles(std::span<const RigidPose>);
 template std::vector<ObstacleReading> ExplicitDynamics<double>::obstacle_readings() const;
+template std::vector<RigidPose> ExplicitDynamics<double>::obstacle_poses() const;
 template void ExplicitDynamics<double>::get_contact_forces(VectorField<double>) const;
 
 } // namespace hybmss

@@ -1,5 +1,6 @@
 // Obstacles' shapes that are made once: convex hulls, meshes by their distance on a grid, and height fields.
 #include "dynamics/contact/obstacle_geometry.hpp"
+#include "dynamics/shared_out.hpp"
 #include "layouts/messages.hpp"
 
 #include <algorithm>
@@ -268,6 +269,23 @@ HullShape::HullShape(std::span<const std::array<double, 3>> given) {
     hull = std::make_shared<const ConvexHull>(std::move(made));
 }
 
+std::vector<std::array<Point, 3>> triangles_of(const ObstacleShape& shape) {
+    std::vector<std::array<Point, 3>> corners;
+    if (const auto* const hull = std::get_if<HullShape>(&shape)) {
+        const std::span<const Point> points = hull->points();
+        for (const HullTriangle& t : quickhull(points, 1e-7 * box_of(points, "point").longest())) {
+            corners.push_back({points[t.corners[0]], points[t.corners[1]], points[t.corners[2]]});
+        }
+    }
+    if (const auto* const mesh = std::get_if<MeshShape>(&shape)) {
+        const std::span<const Point> vertices = mesh->vertices();
+        for (const auto& t : mesh->triangles()) {
+            corners.push_back({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+        }
+    }
+    return corners;
+}
+
 std::span<const std::array<double, 3>> HullShape::points() const {
     return hull ? std::span<const Point>(hull->points) : std::span<const Point>();
 }
@@ -433,10 +451,12 @@ public:
     }
 
     /// Signed by the mean normal of the triangles about the nearest point (Baerentzen and Aanaes 2005), which is exact
-    /// for closed meshes. Nothing that is farther than `bound` is looked at.
-    double signed_distance(const Point& x, double bound) const {
-        Nearest nearest{bound * bound, {}, {0, 0, 0}};
+    /// for closed meshes. `hint`: a triangle that may be near, the nearest afterwards.
+    double signed_distance(const Point& x, std::size_t& hint) const {
+        Nearest nearest{kInfinity, {}, {0, 0, 0}, hint};
+        try_triangle(hint, x, nearest);
         search(0, x, nearest);
+        hint = nearest.number;
         const double distance = std::sqrt(nearest.square);
         return dot(plus(x, -1, nearest.place), nearest.normal) < 0 ? -distance : distance;
     }
@@ -445,6 +465,7 @@ private:
     struct Nearest {
         double square;
         Point place, normal;
+        std::size_t number;
     };
     struct Branch {
         PointBox box;
@@ -521,7 +542,7 @@ private:
         const auto offer = [&](const Point& place, const Point& normal) {
             const Point away = plus(x, -1, place);
             if (const double square = dot(away, away); square < nearest.square) {
-                nearest = {square, place, normal};
+                nearest = {square, place, normal, number};
             }
         };
         const auto edge = [&](std::size_t from, std::size_t to, const Point& place) {
@@ -642,19 +663,19 @@ MeshShape::MeshShape(std::span<const std::array<double, 3>> vertices,
         low[a] = (box.low[a] + box.high[a]) / 2 - across / 2 * made.spacing;
         made.origin[a] = low[a] + made.spacing;
     }
-    made.values.reserve(made.counts[0] * made.counts[1] * made.counts[2]);
-    for (std::size_t k = 0; k < made.counts[2]; ++k) {
-        for (std::size_t j = 0; j < made.counts[1]; ++j) {
-            double bound = kInfinity; // from one node to the next the distance changes by the spacing at most
-            for (std::size_t i = 0; i < made.counts[0]; ++i) {
-                const Point x = {low[0] + made.spacing * static_cast<double>(i),
-                                 low[1] + made.spacing * static_cast<double>(j),
-                                 low[2] + made.spacing * static_cast<double>(k)};
-                made.values.push_back(nearest.signed_distance(x, bound));
-                bound = (std::abs(made.values.back()) + made.spacing) * (1 + 1e-9);
-            }
+    const auto [nx, ny, nz] = made.counts;
+    made.values.resize(nx * ny * nz);
+    const auto fill_row = [&, nx = nx, ny = ny](std::size_t row) {
+        std::size_t hint = 0; // the nearest of one node is near the next
+        for (std::size_t i = 0; i < nx; ++i) {
+            const Point x = {low[0] + made.spacing * static_cast<double>(i),
+                             low[1] + made.spacing * static_cast<double>(row % ny),
+                             low[2] + made.spacing * static_cast<double>(row / ny)};
+            made.values[row * nx + i] = nearest.signed_distance(x, hint);
         }
-    }
+    };
+    constexpr std::size_t kOfOneThread = 100'000; // nodes, which take less than threads do to come
+    SharedOut(made.values.size() < kOfOneThread ? 1 : 0).run(ny * nz, fill_row);
     made.deepest = -*std::min_element(made.values.begin(), made.values.end());
     field = std::make_shared<const DistanceField>(std::move(made));
 }

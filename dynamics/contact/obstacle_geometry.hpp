@@ -86,6 +86,8 @@ std::vector<RigidPose> rigid(std::span<const RigidPose> poses, std::size_t obsta
 /// The obstacles with what they leave to defaults, for a body with this critical time step. Throws
 /// std::invalid_argument for what the structs do not allow.
 std::vector<Obstacle> completed(std::span<const Obstacle> obstacles, double body_time_step);
+/// Throws std::invalid_argument where one is free; `why` not.
+void require_led(std::span<const Obstacle> obstacles, const char* why);
 /// Throws std::invalid_argument unless it is one of so many and its position is finite.
 void check_node(const SurfaceNode& node, std::size_t nodes);
 
@@ -276,6 +278,8 @@ double distance_to(const HeightShape& ground, const Point& y);
 SurfaceDistance surface_at(const HeightShape& ground, const Point& y);
 Symmetric curvature_at(const HeightShape& ground, const Point& y);
 
+/// The corners of the triangles around a hull or a mesh; none of another shape.
+std::vector<std::array<Point, 3>> triangles_of(const ObstacleShape& shape);
 /// Whether it has the data that its functions look at.
 bool is_made(const ObstacleShape& shape);
 

@@ -16,6 +16,7 @@ SkinContact<T>::SkinContact(const Body<T>& body, double wave_speed, std::span<co
                             std::span<const Obstacle> obstacles)
     : length_unit_(body.length_unit()), wave_speed_(wave_speed),
       obstacles_(completed(obstacles, body.critical_time_step())) {
+    require_led(obstacles_, "a skin touches obstacles that are led; nodes touch free ones too");
     for (const SkinPoint& point : skin) {
         double sum = 0;
         Vertex vertex{point.rest_position, point.nodes, {}, point.weights, {}, {}, 0};
@@ -402,6 +403,15 @@ std::vector<ObstacleReading> SkinContact<T>::readings(const Body<T>&, State<T>& 
                         to_space(pose.rotation, y), force, 0.5 * time_step_ * dot(force, velocity(vertex, state)));
     });
     return readings;
+}
+
+template <class T>
+std::vector<RigidPose> SkinContact<T>::poses(const State<T>&, const StepFactors*) const {
+    std::vector<RigidPose> poses;
+    for (const Obstacle& obstacle : obstacles_) {
+        poses.push_back(pose_after(obstacle.pose, elapsed_));
+    }
+    return poses;
 }
 
 template <class T>

@@ -25,6 +25,7 @@ public:
 
     void move(std::span<const RigidPose> poses) override;
     std::vector<ObstacleReading> readings(const Body<T>& body, State<T>& state) const override;
+    std::vector<RigidPose> poses(const State<T>& state, const StepFactors* half) const override;
     void body_was_cut(const Body<T>& body, const Lattice& lattice, const NodeNumbers& numbers,
                       std::span<const CutNode> nodes) override;
 

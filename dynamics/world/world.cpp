@@ -1,5 +1,6 @@
 #include "hybmss/world.hpp"
 
+#include "dynamics/contact/contact.hpp"
 #include "dynamics/explicit_dynamics_implementation.hpp"
 #include "dynamics/shared_out.hpp"
 #include "dynamics/world/body_contact.hpp"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -66,7 +68,8 @@ struct World<T>::Implementation {
     };
 
     SharedOut threads;
-    std::deque<Body> bodies; ///< where they are added they stay
+    std::deque<Body> bodies;                         ///< where they are added they stay
+    std::vector<std::vector<SharedObstacle>> shared; ///< each one in its bodies, in the order in which they were told
     std::vector<PairContact<T>> pairs;
     std::vector<std::vector<std::size_t>> colours; ///< pairs that are near, in lists in which no body comes twice
     std::vector<Tie> ties;
@@ -154,6 +157,11 @@ struct World<T>::Implementation {
         }
     }
 
+    Contact<T>& contact_of(const SharedObstacle& one) const;
+    void require_same(std::span<const SharedObstacle> one) const;
+    void share(bool shared_now) const;
+    /// All that are shared, each after its bodies' own steps.
+    void step_shared(const StepFactors& factors);
     BodyPoint<T> point_of(const Anchor& anchor) const;
     void look(double time_step);
     /// `motions`: none, or one a body; `done`: steps of the call so far.
@@ -211,6 +219,70 @@ BodyPoint<T> World<T>::Implementation::point_of(const Anchor& anchor) const {
     refuse("the point of an attachment, " + std::to_string(anchor.point[0]) + " " + std::to_string(anchor.point[1]) +
            " " + std::to_string(anchor.point[2]) + " m, is in no cell and on no node of body " +
            std::to_string(*anchor.body));
+}
+
+/// Throws where it is not there or not free.
+template <class T>
+Contact<T>& World<T>::Implementation::contact_of(const SharedObstacle& one) const {
+    auto* const contact = inside(one.body).template find<Contact<T>>();
+    if (!contact || one.obstacle >= contact->obstacles().size() || !(contact->obstacles()[one.obstacle].mass > 0)) {
+        refuse("obstacle " + std::to_string(one.obstacle) + " of body " + std::to_string(one.body) +
+               " is not there or not free: it cannot be shared");
+    }
+    return *contact;
+}
+
+template <class T>
+void World<T>::Implementation::require_same(std::span<const SharedObstacle> one) const {
+    const Obstacle& first = contact_of(one[0]).obstacles()[one[0].obstacle];
+    for (const SharedObstacle& other : one) {
+        const Obstacle& obstacle = contact_of(other).obstacles()[other.obstacle];
+        if (obstacle.shape != first.shape || obstacle.mass != first.mass || obstacle.inertia != first.inertia) {
+            refuse("obstacle " + std::to_string(other.obstacle) + " of body " + std::to_string(other.body) +
+                   " is shared with body " + std::to_string(one[0].body) +
+                   ": it must have the same shape, mass and inertia there");
+        }
+    }
+}
+
+template <class T>
+void World<T>::Implementation::share(bool shared_now) const {
+    for (const auto& one : shared) {
+        for (const SharedObstacle& part : one) {
+            contact_of(part).share(part.obstacle, shared_now);
+            if (shared_now) {
+                contact_of(part).set_motion(part.obstacle, contact_of(one[0]).motion(one[0].obstacle));
+            }
+        }
+    }
+}
+
+template <class T>
+void World<T>::Implementation::step_shared(const StepFactors& factors) {
+    std::vector<FreeTouch> touches;
+    for (const auto& one : shared) {
+        const Contact<T>& first = contact_of(one[0]);
+        FreeObstacle free(first.obstacles()[one[0].obstacle], first.motion(one[0].obstacle), factors.time_step,
+                          factors.acting, factors.acceleration);
+        touches.clear();
+        std::vector<std::size_t> ends;
+        for (const SharedObstacle& part : one) {
+            contact_of(part).find_touches(part.obstacle, free, inside(part.body).state, factors, touches);
+            ends.push_back(touches.size());
+        }
+        free.solve(touches);
+        std::size_t begin = 0;
+        for (std::size_t p = 0; p < one.size(); ++p) {
+            contact_of(one[p]).take_touches(one[p].obstacle, free, std::span(touches).subspan(begin, ends[p] - begin),
+                                            inside(one[p].body).state, factors);
+            begin = ends[p];
+        }
+    }
+    for (const auto& one : shared) {
+        for (const SharedObstacle& part : one) {
+            bodies[part.body].nodes->gather(factors.time_step);
+        }
+    }
 }
 
 template <class T>
@@ -643,6 +715,27 @@ void World<T>::set_contacts(std::span<const BodyContact> contacts) {
 }
 
 template <class T>
+void World<T>::set_shared_obstacles(std::span<const SharedObstacle> obstacles) {
+    Implementation& i = *implementation_;
+    std::map<std::size_t, std::vector<SharedObstacle>> ones;
+    std::set<std::pair<std::size_t, std::size_t>> named;
+    for (const SharedObstacle& obstacle : obstacles) {
+        i.require(obstacle.body);
+        if (!named.insert({obstacle.body, obstacle.obstacle}).second) {
+            refuse("obstacle " + std::to_string(obstacle.obstacle) + " of body " + std::to_string(obstacle.body) +
+                   " is named twice");
+        }
+        ones[obstacle.one].push_back(obstacle);
+    }
+    std::vector<std::vector<SharedObstacle>> shared;
+    for (auto& [number, one] : ones) {
+        i.require_same(one);
+        shared.push_back(std::move(one));
+    }
+    i.shared = std::move(shared);
+}
+
+template <class T>
 std::vector<BodyContactReading> World<T>::contact_readings() const {
     std::vector<BodyContactReading> readings;
     readings.reserve(implementation_->pairs.size());
@@ -732,7 +825,22 @@ void World<T>::step(const StepParameters& parameters, long count, std::span<cons
         }
     }
     static_cast<void>(step_constants<T>(factors, 1));
+    for (const auto& one : i.shared) {
+        i.require_same(one);
+    }
+    if (!i.shared.empty() && parameters.integrator == Integrator::leapfrog) {
+        refuse("obstacle " + std::to_string(i.shared[0][0].obstacle) + " of body " +
+               std::to_string(i.shared[0][0].body) +
+               " is shared: free obstacles of several bodies move by symplectic Euler, not by leapfrog");
+    }
     i.take_notice();
+    struct Sharing { // for these steps alone: a body that is lent may be stepped by its owner
+        const Implementation& world;
+        explicit Sharing(const Implementation& stepped) : world(stepped) { world.share(true); }
+        ~Sharing() { world.share(false); }
+        Sharing(const Sharing&) = delete;
+        Sharing& operator=(const Sharing&) = delete;
+    } const sharing(i);
     const double time_step = parameters.time_step, gain = factors.late_force;
     if (time_step != i.step_length) {
         i.before = i.since();
@@ -744,9 +852,10 @@ void World<T>::step(const StepParameters& parameters, long count, std::span<cons
         if (i.until_look == 0 && !i.pairs.empty()) {
             i.look(time_step);
         }
-        const bool alone = i.colours.empty() && i.tied == 0;
+        const bool alone = i.colours.empty() && i.tied == 0 && i.shared.empty();
         const long steps = !alone ? 1 : i.pairs.empty() ? count - done : std::min(count - done, i.until_look);
         i.step_bodies(parameters, steps, motions, done);
+        i.step_shared(factors);
         i.touch(time_step, gain);
         for (auto& tie : i.ties) {
             if (tie.there) {

@@ -150,6 +150,13 @@ struct Obstacle {
     /// s, by which friction follows the force that presses a node on. Without any, an elastic body that slides on a
     /// rigid one is unstable at every wave length. 0: default_friction_delay().
     double friction_delay = 0;
+    /// kg. 0: it is led. Else it is a free rigid body, in explicit steps: gravity and the bodies that it touches move
+    /// it, from its pose and velocities on, and take from it what they get. Its position is its centre of mass. It may
+    /// be far lighter than a node, and takes nothing from the stable step. Other obstacles it does not touch.
+    double mass = 0;
+    /// kg m^2, of a free one about the obstacle's axes, which must be the principal ones. All 0: those of the full
+    /// shape.
+    std::array<double, 3> inertia = {0, 0, 0};
 };
 
 /// What an obstacle and a body do to each other at one moment.
@@ -165,6 +172,9 @@ struct ObstacleReading {
     /// gains of momentum by obstacles is the sum of their impulses, to rounding; a force is that of the last step
     /// alone.
     std::array<double, 3> impulse = {0, 0, 0}, angular_impulse = {0, 0, 0};
+    /// J, of a free one: as the next step finds it, and what gravity has done since it was set. Their change is what it
+    /// gave the body, and `dissipated`, to rounding.
+    double kinetic = 0, work_of_gravity = 0;
 };
 
 } // namespace hybmss

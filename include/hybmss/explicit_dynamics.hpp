@@ -165,9 +165,11 @@ public:
     ///
     ///     dynamics.set_skin_obstacles(skin_points(lattice, smooth_boundary_mesh(lattice)), obstacles);
     void set_skin_obstacles(std::span<const SkinPoint> skin, std::span<const Obstacle> obstacles);
-    /// Sets where the obstacles are now, one pose each; in the steps that follow each goes on by its velocities. Throws
-    /// std::invalid_argument for another count and for poses that are not finite.
+    /// Sets where the obstacles are now, one pose each; in the steps that follow each goes on by its velocities. That
+    /// of a free one is not used. Throws std::invalid_argument for another count and for poses that are not finite.
     void move_obstacles(std::span<const RigidPose> poses);
+    /// Where they are now, free ones too, and how they move.
+    std::vector<RigidPose> obstacle_poses() const;
     /// One an obstacle, at the present state.
     std::vector<ObstacleReading> obstacle_readings() const;
     /// Sets (not adds) what the obstacles exert on each node at the present state, friction too, N; their sum is that

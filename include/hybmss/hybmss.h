@@ -510,6 +510,8 @@ typedef struct hybmss_obstacle {
     double stiffness;          /* 1/s^2, a kg of a node; 0: by the body's critical time step */
     double friction_delay;     /* s; 0: likewise */
     const hybmss_solid* solid; /* of HYBMSS_SOLID; else not used */
+    double mass;               /* kg; 0: it is led, else free: bodies and gravity move it, in explicit steps */
+    double inertia[3];         /* kg m^2 about its axes, of a free one; all 0: those of the full shape */
 } hybmss_obstacle;
 
 typedef struct hybmss_obstacle_reading {
@@ -533,8 +535,12 @@ HYBMSS_EXPORT hybmss_status hybmss_dynamics_set_skin_obstacles(hybmss_dynamics* 
                                                                const double* vertices, size_t vertex_count,
                                                                const uint32_t* triangles, size_t triangle_count,
                                                                const hybmss_obstacle* obstacles, size_t count);
-/* Sets where the obstacles are now, one pose each; in the steps that follow they go on by their velocities. */
+/* Sets where the obstacles are now, one pose each; in the steps that follow they go on by their velocities. Those of
+ * free ones are not used. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_move_obstacles(hybmss_dynamics* dynamics, const hybmss_pose* poses,
+                                                           size_t count);
+/* Where they are now, one an obstacle. */
+HYBMSS_EXPORT hybmss_status hybmss_dynamics_obstacle_poses(const hybmss_dynamics* dynamics, hybmss_pose* poses,
                                                            size_t count);
 /* One an obstacle. */
 HYBMSS_EXPORT hybmss_status hybmss_dynamics_obstacle_readings(const hybmss_dynamics* dynamics,
@@ -649,6 +655,11 @@ typedef struct hybmss_body_contact_reading {
     size_t nodes;          /* of either that touched */
 } hybmss_body_contact_reading;
 
+/* A free obstacle of a body; those with the same `one` are the same. */
+typedef struct hybmss_shared_obstacle {
+    size_t body, obstacle, one;
+} hybmss_shared_obstacle;
+
 #define HYBMSS_IN_SPACE SIZE_MAX
 /* A point of a body at rest, in a cell or on a node; or, with the number HYBMSS_IN_SPACE, a point in space. m */
 typedef struct hybmss_anchor {
@@ -688,6 +699,9 @@ HYBMSS_EXPORT hybmss_status hybmss_world_split_parts(hybmss_world* world, size_t
 /* Replaces the contacts. */
 HYBMSS_EXPORT hybmss_status hybmss_world_set_contacts(hybmss_world* world, const hybmss_body_contact* contacts,
                                                       size_t count);
+/* Replaces the free obstacles that several bodies share: World::set_shared_obstacles(). */
+HYBMSS_EXPORT hybmss_status hybmss_world_set_shared_obstacles(hybmss_world* world,
+                                                              const hybmss_shared_obstacle* obstacles, size_t count);
 /* One a contact. */
 HYBMSS_EXPORT hybmss_status hybmss_world_contact_readings(const hybmss_world* world,
                                                           hybmss_body_contact_reading* readings, size_t count);

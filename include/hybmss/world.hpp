@@ -56,6 +56,11 @@ struct Attachment {
     double stiffness = std::numeric_limits<double>::infinity();
 };
 
+/// A free obstacle of a body, by its number there: those of the same `one` are the same.
+struct SharedObstacle {
+    std::size_t body = 0, obstacle = 0, one = 0;
+};
+
 /// A part of a body that is one of its own now.
 struct BodyPart {
     std::size_t body; ///< its number in the world
@@ -122,6 +127,13 @@ public:
     void set_contacts(std::span<const BodyContact> contacts);
     /// One a contact.
     std::vector<BodyContactReading> contact_readings() const;
+
+    /// Free obstacles of several bodies that are the same one, in place of those told before: all its bodies push it in
+    /// a step, after their own, and it has one motion, from where the first of them has it on. Steps are taken one at a
+    /// time then, by symplectic Euler. Throws std::invalid_argument for what is not there or not free, told twice, or
+    /// of another shape, mass or inertia than the same obstacle of another body; so does step(), where obstacles have
+    /// been replaced since.
+    void set_shared_obstacles(std::span<const SharedObstacle> obstacles);
 
     /// Returns the attachment's number. Throws std::invalid_argument for a body that is not there, a stiffness that is
     /// not > 0, two points in space, and a point that is in no cell and on no node of its body.

@@ -288,6 +288,13 @@ Results::Results(std::filesystem::path directory, const Simulation& simulation, 
         for (const char* quantity : {"nodes", "depth", "energy", "dissipated"}) {
             probes_.stream() << ",obstacles." << obstacle.name << "." << quantity;
         }
+        for (const char* quantity : {"position", "velocity"}) {
+            for (char axis : {'x', 'y', 'z'}) {
+                if (obstacle.mass > 0) {
+                    probes_.stream() << ",obstacles." << obstacle.name << "." << quantity << "." << axis;
+                }
+            }
+        }
     }
     probes_.stream() << "\n";
     // The times of the frames, a line each; an empty line; the rows of probes.csv.
@@ -379,6 +386,10 @@ void Results::record() {
         append(row, reading.torque);
         append(row, reading.impulse);
         row += printed(",%zu,%.9g,%.9g,%.9g", reading.nodes, reading.depth, reading.energy, reading.dissipated);
+        if (obstacle.pose) {
+            append(row, obstacle.pose->position);
+            append(row, obstacle.pose->velocity);
+        }
     }
     row += "\n";
     probes_.stream() << row;

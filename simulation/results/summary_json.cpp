@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace hybmss {
@@ -22,13 +23,17 @@ void require_finite(const Json& value) {
     }
 }
 
-Json balance_json(const EnergyBalance& b) {
-    return {
+Json balance_json(const EnergyBalance& b, bool free_obstacles) {
+    Json json = {
         {"work", {{"supports", b.supports}, {"loads", b.loads}, {"gravity", b.gravity}, {"obstacles", b.obstacles}}},
         {"change", {{"kinetic", b.kinetic}, {"elastic", b.elastic}, {"effects", b.effects}}},
         {"dissipated", {{"mass_damping", b.mass_damping}, {"effects", b.effects_dissipated}}},
         {"imbalance", b.imbalance()},
         {"relative_imbalance", b.relative_imbalance()}};
+    if (free_obstacles) {
+        json["change"]["free_obstacles"] = b.free_obstacles;
+    }
+    return json;
 }
 
 Json accuracy_json(const AccuracyReport& a) {
@@ -107,7 +112,9 @@ std::string summary_json(const Summary& summary) {
         json["effects"][effect.name] = {{"stored", effect.stored}, {"dissipated", effect.dissipated}};
     }
     if (summary.balance) {
-        json["energy_balance"] = balance_json(*summary.balance);
+        json["energy_balance"] = balance_json(
+            *summary.balance, std::any_of(summary.obstacles.begin(), summary.obstacles.end(),
+                                          [](const NamedObstacleReading& o) { return o.pose.has_value(); }));
     }
     if (summary.stress) {
         json["stress"] = {{"max_von_mises", summary.stress->max_von_mises},
@@ -136,7 +143,7 @@ std::string summary_json(const Summary& summary) {
     if (summary.accuracy) {
         json["accuracy"] = accuracy_json(*summary.accuracy);
     }
-    for (const auto& [name, reading, stiffness] : summary.obstacles) {
+    for (const auto& [name, reading, stiffness, pose] : summary.obstacles) {
         json["obstacles"][name] = {{"force", reading.force},
                                    {"torque", reading.torque},
                                    {"impulse", reading.impulse},
@@ -147,6 +154,12 @@ std::string summary_json(const Summary& summary) {
                                    {"depth", reading.depth},
                                    {"greatest_depth", reading.greatest_depth},
                                    {"stiffness", stiffness}};
+        if (pose) {
+            json["obstacles"][name].update({{"position", pose->position},
+                                            {"rotation", pose->rotation},
+                                            {"velocity", pose->velocity},
+                                            {"angular_velocity", pose->angular_velocity}});
+        }
     }
     json["probes"] = Json::object();
     for (const ProbeReading& probe : summary.probes) {

@@ -189,6 +189,25 @@ void add_ground(Scene& scene) {
     scene.obstacles.push_back(ground);
 }
 
+bool is_free_obstacle(const SceneObstacle& obstacle) {
+    return obstacle.mass > 0;
+}
+
+/// A ball of a few cells that lies on the body's upper face.
+void add_ball(Scene& scene) {
+    SceneObstacle ball;
+    const double h = scene.body.cell_size, radius = 2 * h;
+    ball.name = "ball";
+    ball.shape = SphereShape{radius};
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double extent = h * static_cast<double>(scene.body.cells[a]);
+        ball.position[a] = scene.body.origin[a] + (a == 1 ? extent + radius : extent / 2);
+    }
+    ball.friction = 0.5;
+    ball.mass = 30 * scene.material.density * h * h * h;
+    scene.obstacles.push_back(ball);
+}
+
 constexpr EffectRule kEffects[] = {
     {"edge springs", "every body", "part of the sweep over the cells", "", "3 numbers a node", true, always, edges,
      never_absent, nullptr, nullptr},
@@ -314,6 +333,17 @@ constexpr EffectRule kEffects[] = {
      [](const Scene& s) { return !s.obstacles.empty() && !s.body.skin_touches; }, contact,
      [](const Scene& s) { return std::string(s.obstacles.empty() ? "no [[obstacle]]" : "the skin touches"); },
      add_ground, [](Scene& s) { s.obstacles.clear(); }},
+    {"free obstacles", "`mass` of `[[obstacle]]`",
+     "a pass over the nodes that may touch, and six equations, at the end", "a loop over surface nodes",
+     "392 bytes each, besides those of contact", false,
+     [](const Scene& s) { return std::any_of(s.obstacles.begin(), s.obstacles.end(), is_free_obstacle); },
+     [](const Simulation& s) {
+         const std::vector<SceneObstacle>& obstacles = s.scene().obstacles;
+         return printed("%td of %zu [[obstacle]]", std::count_if(obstacles.begin(), obstacles.end(), is_free_obstacle),
+                        obstacles.size());
+     },
+     [](const Scene&) { return std::string("no [[obstacle]] has a mass"); }, add_ball,
+     [](Scene& s) { std::erase_if(s.obstacles, is_free_obstacle); }},
     {"contact of the skin", "`[[obstacle]]` and `body.contact` = \"skin\"",
      "a pass over the skin's points that may touch, after the sweep", "a loop over points",
      "440 bytes a point; 56 more by each obstacle", false,

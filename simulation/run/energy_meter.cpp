@@ -14,6 +14,14 @@ double dot(const Vector3& a, const Vector3& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+double sum_of(const std::vector<MeteredState::Obstacle>& obstacles, double MeteredState::Obstacle::*part) {
+    double sum = 0;
+    for (const MeteredState::Obstacle& obstacle : obstacles) {
+        sum += obstacle.*part;
+    }
+    return sum;
+}
+
 double sum_of(const std::vector<EffectEnergy>& effects, double EffectEnergy::*part) {
     double sum = 0;
     for (const EffectEnergy& effect : effects) {
@@ -25,13 +33,14 @@ double sum_of(const std::vector<EffectEnergy>& effects, double EffectEnergy::*pa
 } // namespace
 
 double EnergyBalance::imbalance() const {
-    return supports + loads + gravity + obstacles - kinetic - elastic - effects - mass_damping - effects_dissipated;
+    return supports + loads + gravity + obstacles - kinetic - free_obstacles - elastic - effects - mass_damping -
+           effects_dissipated;
 }
 
 double EnergyBalance::relative_imbalance() const {
     double scale = peak_kinetic;
-    for (const double part :
-         {supports, loads, gravity, obstacles, kinetic, elastic, effects, mass_damping, effects_dissipated}) {
+    for (const double part : {supports, loads, gravity, obstacles, kinetic, free_obstacles, elastic, effects,
+                              mass_damping, effects_dissipated}) {
         scale = std::max(scale, std::abs(part));
     }
     return scale > 0 ? std::abs(imbalance()) / scale : 0;
@@ -51,7 +60,8 @@ EnergyMeter::Constants::Constants(const StepParameters& parameters, std::span<co
 
 EnergyMeter::EnergyMeter(const Constants& constants, MeteredState start, std::vector<Vector3> velocities)
     : constants_(constants), last_(std::move(start)), start_(last_.displacements), velocity_(std::move(velocities)),
-      start_elastic_(last_.elastic), start_effects_(last_.effects) {
+      start_elastic_(last_.elastic), start_free_(sum_of(last_.obstacles, &MeteredState::Obstacle::kinetic)),
+      start_effects_(last_.effects) {
     if (constants.step.integrator == Integrator::leapfrog) { // given at the start itself, not half a step before
         const StepFactors half = half_kick(constants.step);
         velocity_ = kicked(-half.force, half.velocity, -half.acting);
@@ -220,6 +230,8 @@ EnergyBalance EnergyMeter::balance() const {
             balance.loads += last_.loads.empty() ? 0 : last_.loads[n][a] * way;
         }
     }
+    balance.gravity += sum_of(last_.obstacles, &MeteredState::Obstacle::work_of_gravity);
+    balance.free_obstacles = sum_of(last_.obstacles, &MeteredState::Obstacle::kinetic) - start_free_;
     balance.elastic = last_.elastic - start_elastic_;
     balance.effects = sum_of(last_.effects, &EffectEnergy::stored) - sum_of(start_effects_, &EffectEnergy::stored);
     balance.effects_dissipated =

@@ -18,8 +18,9 @@ struct MeteredState {
     std::vector<PrescribedNode> held;
     std::vector<Vector3> accelerations; ///< m/s^2, of the held
     struct Obstacle {
-        Vector3 position, angle; ///< m and rad
-        Vector3 force, torque;   ///< N and N m, that it exerts on the body
+        Vector3 position, angle;                 ///< m and rad
+        Vector3 force, torque;                   ///< N and N m, that it exerts on the body
+        double kinetic = 0, work_of_gravity = 0; ///< J, of a free one; the work since the start
     };
     std::vector<Obstacle> obstacles;
     std::vector<Vector3> loads; ///< N, one a node, or none
@@ -76,6 +77,7 @@ private:
     bool begun_ = false;
     Works works_;
     double start_kinetic_ = 0, start_elastic_, peak_kinetic_ = 0;
+    double start_free_ = 0; ///< kinetic energy of free obstacles
     std::vector<EffectEnergy> start_effects_;
 };
 

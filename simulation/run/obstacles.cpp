@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 
 namespace hybmss {
@@ -11,6 +12,7 @@ namespace hybmss {
 // Of dynamics/contact/obstacle_geometry.hpp, whose products of vectors are here beside others where files are joined.
 double middle_of(const ObstacleShape& shape);
 bool is_made(const ObstacleShape& shape);
+std::array<double, 3> inertia_of(const ObstacleShape& shape, double mass, std::size_t number); // of free_obstacle.hpp
 
 namespace {
 
@@ -67,6 +69,29 @@ void check_size(const Scene& scene, std::size_t number) {
     }
 }
 
+/// Throws what is one line for the scene.
+void check_free(const Scene& scene, std::size_t number) {
+    const SceneObstacle& entry = scene.obstacles[number];
+    const std::string path = "obstacle[" + std::to_string(number) + "].";
+    if (!explicit_in_time(scene.solver.method)) {
+        throw scene_error(scene, path + "mass",
+                          "a free obstacle moves with \"symplectic-euler\" and \"leapfrog\" only: with another method "
+                          "obstacles have no mass");
+    }
+    if (scene.body.skin_touches) {
+        throw scene_error(scene, path + "mass",
+                          "a skin touches obstacles that are led: with body.contact = \"skin\" obstacles have no mass");
+    }
+    if (entry.inertia == Vector3{0, 0, 0}) {
+        try {
+            static_cast<void>(inertia_of(entry.shape, entry.mass, number));
+        } catch (const std::invalid_argument& refused) {
+            const std::string why = refused.what();
+            throw scene_error(scene, path + "mass", why.substr(why.find(": ") + 2));
+        }
+    }
+}
+
 } // namespace
 
 std::string_view shape_key(const ObstacleShape& shape) {
@@ -86,6 +111,9 @@ Obstacles::Obstacles(const Scene& scene, double body_time_step)
     for (std::size_t o = 0; o < entries_.size(); ++o) {
         const SceneObstacle& entry = entries_[o];
         check_size(scene, o);
+        if (entry.mass > 0) {
+            check_free(scene, o);
+        }
         const std::string path = "obstacle[" + std::to_string(o) + "].";
         if (entry.friction > 0 && !explicit_in_time(scene.solver.method)) {
             throw scene_error(scene, path + "friction",
@@ -104,11 +132,13 @@ Obstacles::Obstacles(const Scene& scene, double body_time_step)
                               {.position = entry.position},
                               entry.friction,
                               stiffness,
-                              default_friction_delay(body_time_step)});
+                              default_friction_delay(body_time_step),
+                              entry.mass,
+                              entry.inertia});
         if (moves(entry)) {
             end_of_motion_ = std::max(end_of_motion_, entry.over);
         }
-        if (entry.velocity != Vector3{0, 0, 0}) {
+        if (entry.velocity != Vector3{0, 0, 0} && entry.mass == 0) {
             end_of_motion_ = std::numeric_limits<double>::infinity();
         }
     }

@@ -189,9 +189,24 @@ Settlement Simulation::Implementation::settlement(const Energies& energies) cons
     const double E = scene.material.young_modulus, h = lattice.cell_size();
     const double potential = std::max(energies.springs + energies.volume, 1e-18 * E * body_volume());
     const std::vector<Vector3> internal = forces_of(dynamics);
+    double kinetic = energies.kinetic;
     Settlement s;
-    s.kinetic_ratio = std::sqrt(energies.kinetic / potential);
     s.residual = relative_residual(nodal_forces(internal), supports.present(), 1e-9 * E * h * h);
+    for (const SceneObstacle& obstacle : scene.obstacles) { // free ones rest where what they touch bears them
+        if (obstacle.mass > 0) {
+            const auto number = static_cast<std::size_t>(&obstacle - scene.obstacles.data());
+            const ObstacleReading reading = read_obstacles()[number].reading;
+            double unbalanced = 0, scale = 0;
+            for (std::size_t a = 0; a < 3; ++a) {
+                const double weight = obstacle.mass * gravity[a];
+                unbalanced = std::max(unbalanced, std::abs(weight - reading.force[a]));
+                scale = std::max({scale, std::abs(weight), std::abs(reading.force[a])});
+            }
+            s.residual = std::max(s.residual, scale > 0 ? unbalanced / scale : 0);
+            kinetic += reading.kinetic;
+        }
+    }
+    s.kinetic_ratio = std::sqrt(kinetic / potential);
     s.settled = !changing() && s.residual <= tolerance && s.kinetic_ratio <= tolerance;
     return s;
 }
@@ -228,13 +243,36 @@ std::string Simulation::Implementation::blow_up(const Energies& e) const {
         steps, time(), cause, time_step, inverted);
 }
 
+std::vector<RigidPose> Simulation::Implementation::obstacle_poses() const {
+    std::vector<RigidPose> poses(obstacles.poses().begin(), obstacles.poses().end());
+    const auto is_free = [](const SceneObstacle& obstacle) { return obstacle.mass > 0; };
+    if (std::none_of(scene.obstacles.begin(), scene.obstacles.end(), is_free)) {
+        return poses;
+    }
+    const std::vector<RigidPose> now = std::visit(
+        [](const auto& d) {
+            if constexpr (requires { d.obstacle_poses(); }) {
+                return d.obstacle_poses();
+            } else {
+                return std::vector<RigidPose>();
+            }
+        },
+        dynamics);
+    for (std::size_t o = 0; o < now.size(); ++o) {
+        poses[o] = is_free(scene.obstacles[o]) ? now[o] : poses[o];
+    }
+    return poses;
+}
+
 std::vector<NamedObstacleReading> Simulation::Implementation::read_obstacles() const {
+    const std::vector<RigidPose> poses = obstacle_poses();
     const std::vector<ObstacleReading> readings =
         std::visit([](const auto& d) { return d.obstacle_readings(); }, dynamics);
     std::vector<NamedObstacleReading> named;
     for (std::size_t o = 0; o < readings.size(); ++o) {
         const double by_mass = obstacles.at_start()[o].stiffness * scene.material.density * scene.body.cell_size / 2;
-        named.push_back({scene.obstacles[o].name, readings[o], scene.obstacles[o].stiffness.value_or(by_mass)});
+        named.push_back({scene.obstacles[o].name, readings[o], scene.obstacles[o].stiffness.value_or(by_mass),
+                         scene.obstacles[o].mass > 0 ? std::optional(poses[o]) : std::nullopt});
     }
     return named;
 }
@@ -367,8 +405,9 @@ MeteredState Simulation::Implementation::metered_state() const {
     state.accelerations.assign(supports.accelerations().begin(), supports.accelerations().end());
     const std::vector<NamedObstacleReading> readings = read_obstacles();
     for (std::size_t o = 0; o < readings.size(); ++o) {
-        state.obstacles.push_back({obstacles.poses()[o].position, obstacles.angles()[o], readings[o].reading.force,
-                                   readings[o].reading.torque});
+        const ObstacleReading& reading = readings[o].reading;
+        state.obstacles.push_back({obstacles.poses()[o].position, obstacles.angles()[o], reading.force, reading.torque,
+                                   reading.kinetic, reading.work_of_gravity});
     }
     state.loads = loads;
     state.gravity = gravity;

@@ -122,8 +122,7 @@ std::vector<CellStress> Simulation::cell_stresses() const {
     return implementation_->cell_stresses();
 }
 std::vector<RigidPose> Simulation::obstacle_poses() const {
-    const std::span<const RigidPose> poses = implementation_->obstacles.poses();
-    return {poses.begin(), poses.end()};
+    return implementation_->obstacle_poses();
 }
 std::vector<NamedObstacleReading> Simulation::obstacles() const {
     return implementation_->read_obstacles();

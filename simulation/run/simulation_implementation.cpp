@@ -487,6 +487,7 @@ void Simulation::Implementation::restore(const State& state) {
     press();
     actuate();
     cut_again(state.cuts);
+    set_state(dynamics, state.displacements, state.velocities); // where free obstacles complete a leapfrog step
     set_effect_memory(dynamics, state.effect_memory);
     set_state(dynamics, state.displacements, state.velocities); // whole steps, whatever the memory says of half ones
     steps = state.steps;

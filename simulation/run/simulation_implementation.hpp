@@ -205,6 +205,8 @@ struct Simulation::Implementation {
     StressSummary stress_summary() const;
     std::span<const double> masses() const;
     std::vector<NamedObstacleReading> read_obstacles() const;
+    /// Of those that are led as the scene says, of free ones as the motion has them.
+    std::vector<RigidPose> obstacle_poses() const;
     MeteredState metered_state() const;
     Summary summary(std::string failure) const;
 

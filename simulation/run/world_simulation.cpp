@@ -47,6 +47,7 @@ struct WorldSimulation::Implementation {
 
     void make_bodies(const SimulationOptions& options);
     void set_contacts();
+    void share_obstacles();
     void attach(std::size_t attachment);
     std::vector<AttachmentReading> read_attachments() const;
 
@@ -84,6 +85,7 @@ WorldSimulation::Implementation::Implementation(WorldScene given, const Simulati
         };
     }
     set_contacts();
+    share_obstacles();
     for (std::size_t a = 0; a < scene.attachments.size(); ++a) {
         attach(a);
     }
@@ -125,6 +127,27 @@ void WorldSimulation::Implementation::set_contacts() {
         }
     }
     std::visit([&](auto& w) { w.set_contacts(pairs); }, world);
+}
+
+void WorldSimulation::Implementation::share_obstacles() {
+    std::vector<SharedObstacle> shared;
+    std::vector<std::string> names;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        const std::vector<SceneObstacle>& obstacles = scene.bodies[b].scene.obstacles;
+        for (std::size_t o = 0; o < obstacles.size(); ++o) {
+            if (obstacles[o].mass > 0) {
+                const auto found = std::find(names.begin(), names.end(), obstacles[o].name);
+                shared.push_back({b, o, static_cast<std::size_t>(found - names.begin())});
+                if (found == names.end()) {
+                    names.push_back(obstacles[o].name);
+                }
+            }
+        }
+    }
+    std::erase_if(shared, [all = shared](const SharedObstacle& one) {
+        return std::count_if(all.begin(), all.end(), [&](const auto& other) { return other.one == one.one; }) == 1;
+    });
+    std::visit([&](auto& w) { w.set_shared_obstacles(shared); }, world);
 }
 
 void WorldSimulation::Implementation::attach(std::size_t attachment) {

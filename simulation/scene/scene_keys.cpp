@@ -623,7 +623,13 @@ constexpr Key<SceneObstacle> kObstacleKeys[] = {
     {"rotate", "", kRotationTable, "none", "how far it is turned about its point or middle, as in [[move]]",
      member_as<TableFormat<kRotation>, &SceneObstacle::rotate>},
     {"over", "s", kFrom0, "1", "time of translate and rotate; 0: at once", member<&SceneObstacle::over>},
-    {"velocity", "m/s", kBounded, "[0, 0, 0]", "a constant velocity, besides", member<&SceneObstacle::velocity>},
+    {"velocity", "m/s", kBounded, "[0, 0, 0]", "a constant velocity, besides; of a free one that at the start",
+     member<&SceneObstacle::velocity>},
+    {"mass", "kg", above(0, 1e30, "above 0 and at most 1e30"), "none: it is led",
+     "makes it free: bodies and gravity move it, obstacles do not; with symplectic-euler or leapfrog",
+     field<NumberFormat, Unless0<&SceneObstacle::mass>>},
+    {"inertia", "kg m^2", above(0, 1e30, "three numbers, each above 0 and at most 1e30"), "those of the full shape",
+     "of a free one about its axes, its principal ones", field<VectorFormat<double>, Unless0<&SceneObstacle::inertia>>},
 };
 
 void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
@@ -650,11 +656,26 @@ void complete_obstacle(const GivenTable& given, SceneObstacle& obstacle) {
     }
 }
 
+void relate_obstacle(const TableCheck& table, const SceneObstacle& obstacle) {
+    if (obstacle.mass == 0) {
+        if (obstacle.inertia != Vector3{0, 0, 0}) {
+            table.refuse("inertia", "it is of a free obstacle, which has a mass");
+        }
+        return;
+    }
+    if (std::holds_alternative<PlaneShape>(obstacle.shape) || std::holds_alternative<HeightShape>(obstacle.shape)) {
+        table.refuse("mass", "a plane and a height field have no end, and cannot be free");
+    }
+    if (obstacle.translate || obstacle.rotate) {
+        table.refuse(obstacle.translate ? "translate" : "rotate", "an obstacle with a mass is free: nothing leads it");
+    }
+}
+
 constexpr KeyTable<SceneObstacle> kObstacle = {
     "obstacle",
     "A rigid obstacle that the body's surface nodes touch, with Coulomb friction. Each has one of `plane`, `sphere`, "
     "`box`, `capsule`, `hull`, `mesh` and `height`. By any method; `static` and `backward-euler` without friction.",
-    kObstacleKeys, complete_obstacle};
+    kObstacleKeys, complete_obstacle, relate_obstacle};
 
 // -- [solver], [output] and [[probe]]
 

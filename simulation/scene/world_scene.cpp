@@ -152,6 +152,36 @@ void require_body(const Scene& shared, const std::vector<NamedScene>& bodies, co
     }
 }
 
+/// A free obstacle of several bodies is the same one where it has the same name.
+void require_one(const WorldScene& world) {
+    for (std::size_t b = 0; b < world.bodies.size(); ++b) {
+        const Scene& scene = world.bodies[b].scene;
+        for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+            const SceneObstacle& obstacle = scene.obstacles[o];
+            for (std::size_t other = 0; other < b && obstacle.mass > 0; ++other) {
+                for (const SceneObstacle& before : world.bodies[other].scene.obstacles) {
+                    if (before.mass == 0 || before.name != obstacle.name) {
+                        continue;
+                    }
+                    const std::string path = "obstacle[" + std::to_string(o) + "].mass";
+                    if (before.shape != obstacle.shape || before.position != obstacle.position ||
+                        before.velocity != obstacle.velocity || before.mass != obstacle.mass ||
+                        before.inertia != obstacle.inertia) {
+                        throw scene_error(scene, path,
+                                          "free obstacles of the same name are one: " + obstacle.name +
+                                              " must have one shape, place, velocity, mass and inertia");
+                    }
+                    if (scene.solver.method == SolverMethod::leapfrog) {
+                        throw scene_error(scene, path,
+                                          "a free obstacle that several bodies touch moves with \"symplectic-euler\" "
+                                          "only");
+                    }
+                }
+            }
+        }
+    }
+}
+
 void require_bodies(const Scene& shared, const WorldScene& world) {
     for (std::size_t c = 0; c < world.contacts.size(); ++c) {
         for (const std::string& name : world.contacts[c].between) {
@@ -188,6 +218,7 @@ void require_bodies(const Scene& shared, const WorldScene& world) {
                               "it is metered for one [body] alone: what bodies do to each other is not in it");
         }
     }
+    require_one(world);
 }
 
 const SceneValue::Member* find(const SceneValue::Table& root, std::string_view name) {
@@ -276,7 +307,14 @@ private:
                 shared_.source.entries[path] = named[0].value.place;
                 name = named[0].value.as<std::string>();
                 require_body(shared_, bodies_, name ? *name : "", path);
-            } else if (member.name != "obstacle" && bodies_.size() > 1) { // which all bodies touch
+            } else if (member.name == "obstacle") { // which all bodies touch; a free one is the same by its name
+                const auto& table = std::get<SceneValue::Table>(item.data);
+                if (bodies_.size() > 1 && find(table, "mass") != nullptr && find(table, "name") == nullptr) {
+                    const std::string its_name = path.substr(0, path.size() - 4) + "name";
+                    shared_.source.entries[its_name] = {item.place.line, item.place.column, {}};
+                    throw scene_error(shared_, its_name, "missing; a free obstacle that several bodies touch has one");
+                }
+            } else if (bodies_.size() > 1) {
                 shared_.source.entries[path] = {item.place.line, item.place.column, {}};
                 throw scene_error(shared_, path, "missing; it must name one of " + names_of(bodies_));
             }

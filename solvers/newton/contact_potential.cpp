@@ -32,6 +32,7 @@ template <class T>
 ContactPotential<T>::ContactPotential(const Body<T>& body, std::span<const SurfaceNode> surface,
                                       std::span<const Obstacle> obstacles)
     : length_unit_(body.length_unit()), obstacles_(completed(obstacles, body.critical_time_step())) {
+    require_led(obstacles_, "free obstacles move in explicit steps alone");
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         if (obstacles_[o].friction > 0) {
             throw std::invalid_argument("obstacle " + std::to_string(o) +

@@ -790,7 +790,7 @@ static void obstacles_and_cuts(void) {
     const double skin_vertices[9] = {1, 1, 0, 1.5, 1, 0, 1, 1.5, 0};
     const uint32_t skin_triangle[3] = {0, 2, 1};
     hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0.5, 0, 0,
-                             NULL};
+                             NULL, 0, {0}};
     hybmss_obstacle_reading reading;
     hybmss_step_parameters parameters = {0, {0, 0, -0.1}, 5, HYBMSS_SYMPLECTIC_EULER};
     const uint32_t corner[2] = {0, 0}, outside = NX * NY * NZ;
@@ -921,6 +921,25 @@ static void obstacles_and_cuts(void) {
     REFUSED(hybmss_solid_create_mesh(corners, 7, faces, 12, 0, &solids[1]), "has the vertex 7");
     REFUSED(hybmss_solid_create_heights(flat, too_many, spacing, &solids[2]), "heights are not allowed");
     REFUSED(hybmss_solid_create_heights(NULL, counts, spacing, &solids[2]), "heights is null");
+    /* A free ball falls alone, by symplectic Euler. */
+    hybmss_pose pose;
+    hybmss_obstacle ball = {HYBMSS_SPHERE, {0.5, 0, 0}, {{0, 0, 20}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0,
+                            NULL, 2, {0}};
+    const double before_ball[3] = {parameters.acceleration[0], parameters.acceleration[1], parameters.acceleration[2]};
+    parameters.acceleration[0] = parameters.acceleration[1] = 0, parameters.acceleration[2] = -10;
+    OK(hybmss_dynamics_set_obstacles(dynamics, body, &ball, 1));
+    OK(hybmss_dynamics_step(dynamics, &parameters, 10));
+    OK(hybmss_dynamics_obstacle_poses(dynamics, &pose, 1));
+    EXPECT(fabs(pose.velocity[2] + 100 * parameters.time_step) < 1e-12);
+    EXPECT(fabs(pose.position[2] - 20 + 550 * parameters.time_step * parameters.time_step) < 1e-12);
+    EXPECT(pose.rotation[0] == 1 && pose.angular_velocity[2] == 0);
+    REFUSED(hybmss_dynamics_obstacle_poses(dynamics, &pose, 2), "2 values given, 1 needed");
+    REFUSED(hybmss_dynamics_obstacle_poses(dynamics, NULL, 1), "poses is null");
+    ball.mass = -1;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &ball, 1), "mass = -1");
+    ball.mass = 1, ball.shape = HYBMSS_PLANE, ball.dimensions[1] = 1;
+    REFUSED(hybmss_dynamics_set_obstacles(dynamics, body, &ball, 1), "cannot be free");
+    memcpy(parameters.acceleration, before_ball, sizeof before_ball);
     OK(hybmss_dynamics_set_obstacles(dynamics, body, NULL, 0));
     OK(hybmss_dynamics_obstacle_readings(dynamics, NULL, 0));
     hybmss_dynamics_destroy(dynamics);
@@ -1003,7 +1022,7 @@ static void worlds(void) {
     EXPECT(numbers[0] == 0 && numbers[1] == 1);
 
     const hybmss_obstacle ground = {
-        HYBMSS_PLANE, {0, 1, 0}, {{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}, {0, 0, 0}}, 0.5, 0, 0, NULL};
+        HYBMSS_PLANE, {0, 1, 0}, {{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}, {0, 0, 0}}, 0.5, 0, 0, NULL, 0, {0}};
     const hybmss_body_contact contact = {0, 1, 0.5, 0, 0};
     hybmss_body_contact_reading reading;
     hybmss_step_parameters parameters = {0};
@@ -1040,6 +1059,10 @@ static void worlds(void) {
     REFUSED(hybmss_world_place(world, 2, &pose), "body 2 is not there: the world has 2");
     pose.rotation[0] = 2;
     REFUSED(hybmss_world_place(world, 1, &pose), "body 1: its rotation must be");
+    const hybmss_shared_obstacle same[2] = {{0, 0, 0}, {1, 0, 0}};
+    REFUSED(hybmss_world_set_shared_obstacles(world, same, 2), "obstacle 0 of body 0 is not there or not free");
+    REFUSED(hybmss_world_set_shared_obstacles(world, NULL, 2), "obstacles is null");
+    OK(hybmss_world_set_shared_obstacles(world, NULL, 0));
     REFUSED(hybmss_world_step(world, &parameters, -1), "count = -1");
     REFUSED(hybmss_world_detach(world, 7), "attachment 7 is not there");
     REFUSED(hybmss_world_attach(world, &hand, &hand, 1, &pointer), "between two points in space");
@@ -1111,7 +1134,7 @@ static void parts_of_a_body(void) {
     }
     EXPECT(fabs(sum - 2) < 1e-12);
     const hybmss_obstacle ground = {
-        HYBMSS_PLANE, {0, 1, 0}, {{0, 2.01, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0, NULL};
+        HYBMSS_PLANE, {0, 1, 0}, {{0, 2.01, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0, NULL, 0, {0}};
     hybmss_obstacle_reading reading;
     OK(hybmss_dynamics_set_obstacles(part.dynamics, part.body, &ground, 1)); /* where the bar was added */
     OK(hybmss_dynamics_obstacle_readings(part.dynamics, &reading, 1));
@@ -1136,7 +1159,7 @@ static void equilibria(void) {
     hybmss_prescribed_node feet[(NX + 1) * (NY + 1)];
     hybmss_loading loading = {0};
     hybmss_obstacle floor = {HYBMSS_PLANE, {0, 0, 1}, {{0, 0, -0.01}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {0}}, 0, 0, 0,
-                             NULL};
+                             NULL, 0, {0}};
     static double u[3 * NODES], v[3 * NODES], mapped[3 * NODES], stretches[3 * NX * NY * NZ];
     static float narrow[3 * NODES];
     static uint32_t backwards[NODES], cells[NX * NY * NZ];

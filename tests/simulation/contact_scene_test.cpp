@@ -85,6 +85,20 @@ TEST(SceneEnergyBalance, closes_with_contact_friction_and_a_moving_box) {
     }
 }
 
+/// A ball thrown at a cube that lies on the floor takes part in it, with its own weight.
+TEST(SceneEnergyBalance, closes_with_a_free_obstacle) {
+    const EnergyBalance b =
+        balance_of(kCube + kMetered +
+                   "[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 1\n"
+                   "[[obstacle]]\nplane = {point = [0, 0, 0], normal = [0, 1, 0]}\nfriction = 0.4\n"
+                   "[[obstacle]]\nname = \"ball\"\nsphere = {center = [0.57, 0.3, 0.2], radius = 0.15}\nmass = 20\n"
+                   "velocity = [-3, 0, 0]\nfriction = 0.3\n[solver]\nduration = 0.3\ntime_step = 2e-4\n");
+    EXPECT_LT(b.free_obstacles, -20);
+    EXPECT_GT(b.gravity, 10);
+    EXPECT_GT(b.kinetic + b.elastic, 5);
+    EXPECT_EQ(b.obstacles, 0);
+}
+
 TEST(SceneContact, of_skins_is_refused_where_nothing_moves) {
     const Scene scene = parse_scene("[body]\ncontact = \"skin\"\n" + kCube.substr(kCube.find("cells")) +
                                         "[[fix]]\nwhere = \"x-min\"\n[[obstacle]]\n"
@@ -262,6 +276,52 @@ TEST(ContactScene, hulls_meshes_and_heights_bear_a_cube) {
     EXPECT_NEAR(still.obstacles.at(0).reading.force[1], 640, 0.1);
 }
 
+const std::string kBall = "[[obstacle]]\nname = \"ball\"\nsphere = {center = [0.2, 0.552, 0.2], radius = 0.15}\n"
+                          "mass = 3\nfriction = 0.3\n";
+
+/// It settles when the ball does, and not before; what bears it is its weight.
+TEST(ContactScene, a_ball_comes_to_rest_on_a_cube) {
+    const test::TemporaryDirectory directory;
+    test::write_text(directory.path() / "s.toml",
+                     kCube +
+                         "[[fix]]\nwhere = \"y-min\"\n[gravity]\nacceleration = [0, -10, 0]\n[damping]\nmass = 20\n" +
+                         kBall + "[solver]\nduration = 60\ntolerance = 1e-4\n[output]\nevery = 5\n");
+    const test::ProgramResult run = test::run_program("run s.toml --out r", directory.path());
+    ASSERT_EQ(run.exit_code, 0) << run.errors << run.output;
+    EXPECT_NE(run.output.find("turns by"), std::string::npos);
+    const auto history = columns(test::read_text(directory.path() / "r/probes.csv"));
+    const auto json = nlohmann::json::parse(test::read_text(directory.path() / "r/summary.json"));
+    const nlohmann::json& ball = json.at("obstacles").at("ball");
+    EXPECT_NEAR(ball.at("force").at(1).get<double>(), -30, 0.03);
+    EXPECT_NEAR(ball.at("position").at(0).get<double>(), 0.2, 1e-4);
+    EXPECT_LT(std::abs(ball.at("velocity").at(1).get<double>()), 1e-4);
+    EXPECT_NEAR(history.at("obstacles.ball.position.y").front(), 0.552, 1e-12);
+    EXPECT_NEAR(history.at("obstacles.ball.position.y").back(), ball.at("position").at(1).get<double>(), 1e-9);
+    EXPECT_EQ(history.at("obstacles.ball.velocity.z").size(), history.at("time").size());
+}
+
+TEST(ContactScene, free_obstacles_are_refused_where_nothing_moves_and_for_skins) {
+    const auto refusal = [](const std::string& text) -> std::string {
+        try {
+            Simulation(parse_scene(text, "s.toml"));
+        } catch (const SceneError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const std::string step = "[solver]\nduration = 1\ntime_step = 0.01\nmethod = \"backward-euler\"\n";
+    EXPECT_EQ(
+        refusal(kCube + "[[obstacle]]\nsphere = {center = [0, 9, 0], radius = 2}\nmass = 1\n" + step),
+        "s.toml:10:8: obstacle.mass = 1: a free obstacle moves with \"symplectic-euler\" and \"leapfrog\" only: with "
+        "another method obstacles have no mass");
+    EXPECT_NE(refusal("[body]\ncontact = \"skin\"\n" + kCube.substr(kCube.find("cells")) +
+                      "[[obstacle]]\nsphere = {center = [0, 9, 0], radius = 2}\nmass = 1\n[solver]\nduration = 1\n")
+                  .find("obstacle.mass = 1: a skin touches obstacles that are led"),
+              std::string::npos);
+    const Scene scene = parse_scene(kCube + kBall + "inertia = [1, 2, 3]\n[solver]\nduration = 1\n", "s.toml");
+    EXPECT_EQ(parse_scene(to_toml(scene), "t.toml"), scene);
+}
+
 TEST(ContactScene, probes_csv_holds_what_obstacles_did) {
     const test::TemporaryDirectory directory;
     test::write_text(directory.path() / "s.toml",
@@ -373,6 +433,7 @@ TEST(ContactScene, a_restarted_run_ends_with_the_same_bits) {
                         "[gravity]\nacceleration = [2, -10, 0]\n[[obstacle]]\nfriction = 0.4\n"
                         "plane = {point = [0, -0.01, 0], normal = [0, 1, 0]}\n[[obstacle]]\nfriction = 0.2\n"
                         "box = [[0.5, -1, -1], [1.5, 1, 1]]\ntranslate = [-0.2, 0, 0]\nover = 0.5\n"
+                        "[[obstacle]]\nbox = [[0, 0.402, 0], [0.2, 0.51, 0.3]]\nmass = 3\nfriction = 0.2\n"
                         "[solver]\nduration = 0.6\n",
                     "s.toml");
     const test::TemporaryDirectory directory;
@@ -388,6 +449,11 @@ TEST(ContactScene, a_restarted_run_ends_with_the_same_bits) {
     EXPECT_EQ(rest.velocities(), whole.velocities());
     EXPECT_GT(summary.energies.effects.at(0).dissipated, 0);
     EXPECT_EQ(summary.energies.effects.at(0).dissipated, expected.energies.effects.at(0).dissipated);
+    EXPECT_EQ(rest.obstacle_poses().at(2).position, whole.obstacle_poses().at(2).position);
+    EXPECT_EQ(rest.obstacle_poses().at(2).rotation, whole.obstacle_poses().at(2).rotation);
+    EXPECT_NE(summary.balance.value().free_obstacles, 0);
+    EXPECT_EQ(summary.balance.value().free_obstacles, expected.balance.value().free_obstacles);
+    EXPECT_EQ(summary.balance.value().gravity, expected.balance.value().gravity);
     EXPECT_EQ(summary.balance.value().obstacles, expected.balance.value().obstacles);
     EXPECT_EQ(summary.balance.value().imbalance(), expected.balance.value().imbalance());
 }
@@ -436,6 +502,15 @@ TEST(ContactExamples, a_ball_rolls) {
     const double rigid = 5.0 / 7 * 9.81 * 0.5 * 0.3 * 0.3 / 2;
     EXPECT_NEAR(along, rigid, 0.2 * rigid);
     EXPECT_GT(turned / square, 0.3 * std::hypot(mean[0], mean[1]));
+}
+
+TEST(ContactExamples, a_ball_is_thrown_at_a_cube) {
+    const Summary summary = run_example("thrown_ball", 0.6);
+    EXPECT_EQ(summary.failure, "");
+    EXPECT_LT(summary.balance.value().relative_imbalance(), 1e-2);
+    EXPECT_GT(summary.obstacles.at(1).reading.impulse[0], 1);
+    EXPECT_LT(summary.obstacles.at(1).pose.value().velocity[0], 4);
+    EXPECT_TRUE(summary.warnings.empty());
 }
 
 TEST(ContactExamples, a_cube_drops) {

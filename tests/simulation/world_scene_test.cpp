@@ -280,6 +280,33 @@ TEST(WorldScenes, nothing_touches_cells_that_are_cut_away) {
     EXPECT_LT(world.body(1).displacements()[0][1], -0.03);
 }
 
+/// A ball between two cubes, named by no body: one motion, which takes what both get; written body by body it is the
+/// same still.
+TEST(WorldScenes, a_free_obstacle_is_one_for_all_its_bodies) {
+    const WorldScene scene =
+        world_of(body("a", "[3, 3, 3]") + body("b", "[3, 3, 3]", "place = {translate = [0.06, 0, 0]}\n") +
+                 "[material]\n" + kMaterial + solver(0.1) +
+                 "[[obstacle]]\nbody = \"a\"\nplane = {point = [0, -1, 0], normal = [0, 1, 0]}\n"
+                 "[[obstacle]]\nname = \"ball\"\nsphere = {center = [0.045, 0.015, 0.015], radius = 0.0142}\n"
+                 "mass = 0.01\nvelocity = [1, 0, 0]\n");
+    const WorldScene again = world_of(to_toml(scene));
+    for (const WorldScene& one : {scene, again}) {
+        WorldSimulation world(one, threads(2));
+        world.step(static_cast<long>(0.1 / world.time_step()));
+        const RigidPose ball = world.body(0).obstacle_poses().at(1);
+        EXPECT_EQ(ball.position, world.body(1).obstacle_poses().at(0).position);
+        double momentum = 0.01 * ball.velocity[0];
+        for (const std::size_t b : {0u, 1u}) {
+            EXPECT_GT(std::abs(world.body(b).obstacles().at(1 - b).reading.impulse[0]), 1e-3);
+            const std::vector<Vector3> v = world.body(b).velocities();
+            for (std::size_t n = 0; n < v.size(); ++n) {
+                momentum += world.body(b).masses()[n] * v[n][0];
+            }
+        }
+        EXPECT_NEAR(momentum, 0.01, 1e-12);
+    }
+}
+
 TEST(WorldScenes, one_that_diverges_says_which_body_did) {
     std::string text = body("a", "[2, 2, 2]") + body("b", "[3, 1, 1]", "place = {translate = [1, 0, 0]}\n") +
                        "[material]\n" + kMaterial +
@@ -323,6 +350,16 @@ TEST(WorldScenes, what_is_wrong_is_told_in_its_line) {
                       "[material]\n" + kMaterial + solver(1) +
                       "[[attach]]\nfrom = {body = \"a\", where = \"x-min\"}\nto = {body = \"b\"}\n"),
               "w.toml:18:14: attach.to.body = \"b\": node 0 of a begins at (0, 0, 0) m, where b has no cell");
+    const std::string ball = "[[obstacle]]\nsphere = {center = [0, 9, 0], radius = 2}\nmass = 1\n";
+    EXPECT_EQ(told(ball), "w.toml:15:1: obstacle.name: missing; a free obstacle that several bodies touch has one");
+    EXPECT_EQ(told(ball + "name = \"ball\"\n"), "");
+    EXPECT_NE(
+        told(ball + "name = \"ball\"\nbody = \"a\"\n" + ball + "name = \"ball\"\nbody = \"b\"\ninertia = [1, 1, 1]\n")
+            .find("free obstacles of the same name are one: ball must have one shape"),
+        std::string::npos);
+    EXPECT_NE(refusal(two + "method = \"leapfrog\"\n" + ball + "name = \"ball\"\n")
+                  .find("a free obstacle that several bodies touch moves with \"symplectic-euler\" only"),
+              std::string::npos);
     EXPECT_EQ(told("[output]\nenergy_balance = true\n").find("w.toml:16:18: output.energy_balance = true: "), 0u);
     EXPECT_EQ(
         refusal(body("a", "[2, 2, 2]") + body("b", "[2, 2, 2]") + "[material]\n" + kMaterial +

@@ -368,6 +368,33 @@ def test_pressure():
         body.set_pressures([1])
 
 
+def test_free_obstacles():
+    """A ball that flies between two cubes of a world gives both what it loses, and turns about as a free one."""
+    cube = hybmss.Lattice.box(2, 2, 2, 0.1)
+    material = hybmss.Material(young_modulus=1e5, density=1000.0)
+    world = hybmss.World()
+    for x in (0.0, 0.6):
+        world.add(cube, material, (x, 0, 0))
+    ball = hybmss.Obstacle.sphere(0.15, position=(0.4, 0.1, 0.1), friction=0.3)
+    ball.mass, ball.velocity, ball.angular_velocity = 3.0, (4, 0, 0), (0, 0, 9)
+    for body in (0, 1):
+        world[body].set_obstacles(cube, [ball])
+    world.share_obstacles([[(0, 0), (1, 0)]])
+    world.step(0.2 * world.critical_time_step, 2000)
+    pose = world[0].obstacle_poses[0]
+    assert pose == world[1].obstacle_poses[0]
+    momentum = 3.0 * np.array(pose["velocity"])
+    for body in (0, 1):
+        momentum += (world[body].masses[:, None] * world[body].velocities).sum(axis=0)
+        assert np.linalg.norm(world[body].obstacle_readings[0]["impulse"]) > 0.1
+    assert momentum == pytest.approx([12, 0, 0], abs=1e-10)
+    assert world[0].obstacle_readings[0]["kinetic"] > 0
+    ball.mass = 2.0
+    world[1].set_obstacles(cube, [ball])
+    with pytest.raises(ValueError, match="same shape, mass and inertia"):
+        world.step(1e-5)
+
+
 def test_made_obstacles():
     cube = hybmss.Lattice.box(2, 2, 2, 0.1)
     body = hybmss.ExplicitDynamics(cube, hybmss.Material(young_modulus=1e6, poisson_ratio=0.3))

@@ -242,7 +242,9 @@ struct SceneObstacle {
     std::optional<std::array<double, 3>> translate; ///< m
     std::optional<Rotation> rotate;
     double over = 1;                            ///< s of translate and rotate; 0: at once
-    std::array<double, 3> velocity = {0, 0, 0}; ///< m/s
+    std::array<double, 3> velocity = {0, 0, 0}; ///< m/s; of a free one at time 0
+    double mass = 0;                            ///< kg; 0: it is led, else free
+    std::array<double, 3> inertia = {0, 0, 0};  ///< kg m^2, about its axes; all 0: those of the full shape
     bool operator==(const SceneObstacle&) const = default;
 };
 

@@ -73,17 +73,19 @@ struct VolumeChange {
 struct NamedObstacleReading {
     std::string name;
     ObstacleReading reading;
-    double stiffness = 0; ///< Pa/m: pressure by depth on a flat surface, as given or by default
+    double stiffness = 0;               ///< Pa/m: pressure by depth on a flat surface, as given or by default
+    std::optional<RigidPose> pose = {}; ///< of a free one
 };
 
-/// Works and losses since the start of a run, J: supports + loads + gravity + obstacles = kinetic + elastic + effects +
-/// mass_damping + effects_dissipated, up to the step's own error.
+/// Works and losses since the start of a run, J: supports + loads + gravity + obstacles = kinetic + free_obstacles +
+/// elastic + effects + mass_damping + effects_dissipated, up to the step's own error.
 struct EnergyBalance {
     double supports = 0;           ///< work of fixes and moves
     double loads = 0;              ///< work of loads
-    double gravity = 0;            ///< its work
-    double obstacles = 0;          ///< work of obstacles that move
+    double gravity = 0;            ///< its work, on free obstacles too
+    double obstacles = 0;          ///< work of obstacles that are led
     double kinetic = 0;            ///< change
+    double free_obstacles = 0;     ///< change of their kinetic energy
     double elastic = 0;            ///< change of springs' and volume energy
     double effects = 0;            ///< change of what effects store, as contact does
     double mass_damping = 0;       ///< dissipated

@@ -159,6 +159,11 @@ test("wrong values are refused in one line that says what is allowed", () => {
   solid.free();
   assert.ok(Math.abs(body.obstacleReadings()[0].depth - 0.01) < 1e-6);
   refused(() => body.setObstacles([{ shape: "solid" }]), /solid is null/);
+  body.setObstacles([{ shape: "sphere", dimensions: [0.1], pose: { position: [0, 9, 0] }, mass: 2, inertia: [1, 1, 1] }]);
+  body.step({ timeStep: 1e-5, acceleration: [0, -10, 0] }, 10);
+  const [fallen] = body.obstaclePoses();
+  assert.ok(Math.abs(fallen.velocity[1] + 1e-3) < 1e-12 && fallen.rotation[0] === 1);
+  refused(() => body.setObstacles([{ shape: "plane", dimensions: [0, 1, 0], mass: 1 }]), /cannot be free/);
   refused(() => new Solid({ points: [0, 0, 0] }), /1 points given/);
   refused(() => new Solid({ vertices: corners, triangles: [0, 2, 3] }), /not closed/);
   refused(() => new Solid({ heights: [0, 0, 0], counts: [2, 2], spacing: [1, 1] }), /3 given, 4 needed/);
