@@ -117,9 +117,10 @@ public:
 
     /// Of a type, or none where such cells are passed over.
     const CellKind* kind(Words& words, std::size_t type, std::size_t CellKind::*of, std::span<const std::size_t> flat) {
-        const auto* const known = std::ranges::find_if(kKinds, [&](const CellKind& k) { return k.*of == type; });
+        const auto* const known =
+            std::find_if(std::begin(kKinds), std::end(kKinds), [&](const CellKind& k) { return k.*of == type; });
         const bool is_known = known != std::end(kKinds);
-        if (!is_known && !only_tetrahedra_ && std::ranges::find(flat, type) == flat.end()) {
+        if (!is_known && !only_tetrahedra_ && std::find(flat.begin(), flat.end(), type) == flat.end()) {
             words.refuse("solid cells of type " + std::to_string(type) +
                          " given: tetrahedra, pyramids and prisms with nodes at their corners are wanted");
         }
@@ -425,9 +426,10 @@ void turn_over(Network::Polyhedron& cell) {
 } // namespace
 
 bool CellMesh::operator==(const CellMesh& other) const {
-    return nodes == other.nodes && std::ranges::equal(cells, other.cells, [](const auto& a, const auto& b) {
-               return a.shape == b.shape && a.nodes == b.nodes && a.kappa == b.kappa;
-           });
+    return nodes == other.nodes && std::equal(cells.begin(), cells.end(), other.cells.begin(), other.cells.end(),
+                                              [](const auto& a, const auto& b) {
+                                                  return a.shape == b.shape && a.nodes == b.nodes && a.kappa == b.kappa;
+                                              });
 }
 
 CellMesh read_tetrahedra(const std::string& path) {
