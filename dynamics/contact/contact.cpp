@@ -110,10 +110,7 @@ template <class Shape>
 void Contact<T>::step_block(const Shape& shape, std::size_t o, const RigidPose& pose, std::size_t block,
                             State<T>& state, const Step& step) {
     Watch& watch = watches_[o][block];
-    const bool looks = watch.looks(step.time_step, step.gain_of_speed);
-    watch.speed += step.gain_of_speed;
-    watch.near -= watch.speed * step.time_step;
-    if (!looks) {
+    if (!watch.passes(step.time_step, step.gain_of_speed)) {
         return;
     }
     const std::size_t begin = block * kBlock, end = std::min(begin + kBlock, nodes_.size());
@@ -155,10 +152,7 @@ void Contact<T>::find_touches_of(const Shape& shape, std::size_t o, const FreeOb
     const double obstacle_speed = length(pose.velocity);
     for (std::size_t block = 0; block < block_count(); ++block) {
         Watch& watch = watches_[o][block];
-        const bool looks = watch.looks(step.time_step, step.gain_of_speed);
-        watch.speed += step.gain_of_speed;
-        watch.near -= watch.speed * step.time_step;
-        if (!looks) {
+        if (!watch.passes(step.time_step, step.gain_of_speed)) {
             continue;
         }
         double nearest = std::numeric_limits<double>::infinity(), fastest = 0;

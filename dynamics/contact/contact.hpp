@@ -130,6 +130,13 @@ private:
         bool looks(double time_step, double gain_of_speed) const {
             return !(near - (speed + gain_of_speed) * time_step > 0);
         }
+        /// That, and the step is taken off what they may still come nearer.
+        bool passes(double time_step, double gain_of_speed) {
+            const bool looked = looks(time_step, gain_of_speed);
+            speed += gain_of_speed;
+            near -= speed * time_step;
+            return looked;
+        }
     };
     /// How a step ends for the nodes of a block.
     struct Step {
